@@ -1,0 +1,85 @@
+#include "costs/follower_pressure.h"
+
+#include <Eigen/Geometry>
+#include <utility>
+
+namespace darboux {
+namespace {
+
+// Displacement, d_1 and d_2 at a point as columns.
+Eigen::Matrix3d Inputs(const StrainPoint& point, double const* const* displacements) {
+  Eigen::Matrix3d inputs = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < point.weights.cols(); ++i) {
+    inputs += Eigen::Map<const Eigen::Vector3d>(displacements[i]) *
+              point.weights.col(i).head<3>().transpose();
+  }
+  return inputs;
+}
+
+// x_1 x x_2 - n
+Eigen::Vector3d NormalChange(const StrainPoint& point, const Eigen::Matrix3d& inputs) {
+  const Eigen::Vector3d d1 = inputs.col(1), d2 = inputs.col(2);
+  return point.t1.cross(d2) + d1.cross(point.t2) + d1.cross(d2);
+}
+
+}  // namespace
+
+FollowerPressure::FollowerPressure(StrainPoints points,
+                                   std::vector<double> pressure,
+                                   const Eigen::Vector3d& origin,
+                                   const double* factor,
+                                   double s)
+    : Potential(s),
+      points_(std::move(points)),
+      pressure_(std::move(pressure)),
+      origin_(origin),
+      factor_(factor) {
+  const int n = static_cast<int>(points_->front().weights.cols());
+  for (int i = 0; i < n; ++i) mutable_parameter_block_sizes()->push_back(3);
+}
+
+bool FollowerPressure::EvaluateEnergy(double const* const* displacements,
+                                      double* energy,
+                                      double** gradients) const {
+  const int n = static_cast<int>(parameter_block_sizes().size());
+  *energy = 0.0;
+  if (gradients != nullptr) {
+    for (int i = 0; i < n; ++i) {
+      if (gradients[i] != nullptr) Eigen::Map<Eigen::Vector3d>(gradients[i]).setZero();
+    }
+  }
+  for (size_t q = 0; q < points_->size(); ++q) {
+    const StrainPoint& point = (*points_)[q];
+    const double scale = -*factor_ * pressure_[q] * point.area / 3.0;
+    const Eigen::Matrix3d inputs = Inputs(point, displacements);
+    const Eigen::Vector3d u = inputs.col(0);
+    const Eigen::Vector3d change = NormalChange(point, inputs);
+    const Eigen::Vector3d arm = point.position - origin_ + u;
+    *energy += scale * (u.dot(point.n) + arm.dot(change));
+    if (gradients == nullptr) continue;
+    // d(arm.N): by u: N; by d_1: x_2 x arm; by d_2: arm x x_1.
+    Eigen::Matrix3d derivative;
+    derivative.col(0) = point.n + change;
+    derivative.col(1) = (point.t2 + inputs.col(2)).cross(arm);
+    derivative.col(2) = arm.cross(point.t1 + inputs.col(1));
+    derivative *= scale;
+    for (int i = 0; i < n; ++i) {
+      if (gradients[i] == nullptr) continue;
+      Eigen::Map<Eigen::Vector3d>(gradients[i]) += derivative * point.weights.col(i).head<3>();
+    }
+  }
+  return true;
+}
+
+Eigen::Matrix3Xd FollowerPressure::ExactForce(double const* const* displacements) const {
+  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, parameter_block_sizes().size());
+  for (size_t q = 0; q < points_->size(); ++q) {
+    const StrainPoint& point = (*points_)[q];
+    const Eigen::Vector3d normal =
+        point.n + NormalChange(point, Inputs(point, displacements));
+    force += (*factor_ * pressure_[q] * point.area) * normal * point.weights.row(kRowValue);
+  }
+  return force;
+}
+
+}  // namespace darboux

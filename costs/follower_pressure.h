@@ -1,0 +1,49 @@
+#ifndef DARBOUX_COSTS_FOLLOWER_PRESSURE_H_
+#define DARBOUX_COSTS_FOLLOWER_PRESSURE_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "costs/potential.h"
+#include "costs/strain_energy.h"
+
+namespace darboux {
+
+// Pressure that stays normal to the deformed surface, force p N dA on rest area dA with
+// N = x_1 x x_2, over the points of one element. Its potential is -p times the volume swept,
+//
+//   U = -p/3 [ (x - o) . N - (X - o) . n ] dA,   x = X + u   [J]
+//
+// whose gradient is the force exactly where the boundary is held, or slides in planes through o
+// (mirror planes), and p is uniform. On free boundaries, and for a pressure that varies over the
+// surface, the gradient lacks a term; ExactForce has it all, and the solver adds the difference as
+// a dead force that it updates until it settles (no energy exists there to minimise).
+// Parameters: one block of 3 per control vertex.
+class FollowerPressure : public Potential {
+ public:
+  // pressure: per point, Pa, along +n. factor: load factor, read at every evaluation; must outlive
+  // the block.
+  FollowerPressure(StrainPoints points,
+                   std::vector<double> pressure,
+                   const Eigen::Vector3d& origin,
+                   const double* factor,
+                   double s);
+
+  // Force on control vertex i of the element as column i.
+  Eigen::Matrix3Xd ExactForce(double const* const* displacements) const;
+
+ protected:
+  bool EvaluateEnergy(double const* const* displacements,
+                      double* energy,
+                      double** gradients) const override;
+
+ private:
+  StrainPoints points_;
+  std::vector<double> pressure_;
+  Eigen::Vector3d origin_;
+  const double* factor_;
+};
+
+}  // namespace darboux
+
+#endif  // DARBOUX_COSTS_FOLLOWER_PRESSURE_H_

@@ -1,0 +1,284 @@
+#include "geometry/shell_surface.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "geometry/quadrature.h"
+
+namespace darboux {
+namespace {
+
+// Regular elements share one table of basis values per rule.
+const std::vector<BasisMatrix>& RegularTable(int num_points) {
+  static const auto* const tables = [] {
+    auto* result = new std::map<int, std::vector<BasisMatrix>>;
+    for (const int n : {1, 3, 6, 12}) {
+      for (const TrianglePoint& p : TriangleQuadrature(n)) {
+        (*result)[n].push_back(EvaluateRegularLoopBasis(p.s, p.t));
+      }
+    }
+    return result;
+  }();
+  return tables->at(num_points);
+}
+
+}  // namespace
+
+ShellSurface::ShellSurface(std::shared_ptr<const ParametricSurface> surface,
+                           const ParameterDomain::Options& domain,
+                           Ghosts ghosts)
+    : surface_(std::move(surface)), domain_(domain), basis_(domain_.mesh()) {
+  if (ghosts == Ghosts::kFolded) FoldGhosts();
+  active_.assign(mesh().num_vertices, 0);
+  for (int e = 0; e < num_elements(); ++e) {
+    for (const int vertex : control_vertices(e)) active_[vertex] = 1;
+  }
+  num_active_ = static_cast<int>(std::count(active_.begin(), active_.end(), 1));
+  Eigen::AlignedBox3d box;
+  for (int e = 0; e < num_elements(); ++e) {
+    const RestJet jet = Rest({e, 1.0 / 3.0, 1.0 / 3.0});
+    area_ += 0.5 * jet.x_s.cross(jet.x_t).norm();
+    box.extend(jet.x - (jet.x_s + jet.x_t) / 3.0);
+    box.extend(jet.x + (2.0 * jet.x_s - jet.x_t) / 3.0);
+    box.extend(jet.x + (2.0 * jet.x_t - jet.x_s) / 3.0);
+  }
+  size_ = box.diagonal().norm();
+}
+
+void ShellSurface::FoldGhosts() {
+  const auto folded = domain_.FoldedGhosts();
+  folds_.resize(num_elements());
+  for (int e = 0; e < num_elements(); ++e) {
+    const std::vector<int>& ring = basis_.control_vertices(e);
+    std::vector<int>& vertices = folds_[e].vertices;
+    for (const int vertex : ring) {
+      for (const auto& term : folded[vertex]) vertices.push_back(term.first);
+    }
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    folds_[e].matrix = Eigen::MatrixXd::Zero(ring.size(), vertices.size());
+    for (size_t i = 0; i < ring.size(); ++i) {
+      for (const auto& term : folded[ring[i]]) {
+        const auto column = std::lower_bound(vertices.begin(), vertices.end(), term.first);
+        folds_[e].matrix(i, column - vertices.begin()) += term.second;
+      }
+    }
+  }
+}
+
+std::array<double, 2> ShellSurface::Parameters(const ElementPoint& point) const {
+  const auto q = domain_.Lattice(point);
+  return {domain_.Parameter(0, q[0])[0], domain_.Parameter(1, q[1])[0]};
+}
+
+Eigen::Vector3d ShellSurface::Position(const ElementPoint& point) const {
+  return ParametricJet(point).x;
+}
+
+SurfaceJet ShellSurface::ParametricJet(const ElementPoint& point) const {
+  const auto uv = Parameters(point);
+  return surface_->Evaluate(uv[0], uv[1]);
+}
+
+RestJet ShellSurface::Rest(const ElementPoint& point) const {
+  const auto q = domain_.Lattice(point);
+  const auto u = domain_.Parameter(0, q[0]);
+  const auto v = domain_.Parameter(1, q[1]);
+  const SurfaceJet jet = surface_->Evaluate(u[0], v[0]);
+  // Grading: sigma as a function of the lattice coordinates.
+  const Eigen::Vector3d x_1 = jet.x_u * u[1];
+  const Eigen::Vector3d x_2 = jet.x_v * v[1];
+  const Eigen::Vector3d x_11 = jet.x_uu * (u[1] * u[1]) + jet.x_u * u[2];
+  const Eigen::Vector3d x_12 = jet.x_uv * (u[1] * v[1]);
+  const Eigen::Vector3d x_22 = jet.x_vv * (v[1] * v[1]) + jet.x_v * v[2];
+  // Element axes are (1,0), (1,1) or (1,1), (0,1) in the lattice.
+  const auto axes = ParameterDomain::ElementAxes(point.element);
+  const auto first = [&](int k) -> Eigen::Vector3d { return axes[k][0] * x_1 + axes[k][1] * x_2; };
+  const auto second = [&](int k, int l) -> Eigen::Vector3d {
+    return (axes[k][0] * axes[l][0]) * x_11 +
+           (axes[k][0] * axes[l][1] + axes[k][1] * axes[l][0]) * x_12 +
+           (axes[k][1] * axes[l][1]) * x_22;
+  };
+  return {jet.x, first(0), first(1), second(0, 0), second(0, 1), second(1, 1)};
+}
+
+StrainPoint ShellSurface::MakePoint(const ElementPoint& point,
+                                    const BasisMatrix& basis,
+                                    double quadrature_weight) const {
+  // t1 along the u-line: (1, 0) in the lattice is s for even elements, s - t for odd ones.
+  const Eigen::Vector2d u_line =
+      point.element % 2 == 0 ? Eigen::Vector2d(1.0, 0.0) : Eigen::Vector2d(1.0, -1.0);
+  StrainPoint result = MakeStrainPoint(Rest(point), basis, u_line, quadrature_weight);
+  if (!folds_.empty()) result.weights = (result.weights * folds_[point.element].matrix).eval();
+  return result;
+}
+
+StrainPoint ShellSurface::MakePoint(const ElementPoint& point, double quadrature_weight) const {
+  return MakePoint(point, basis_.Evaluate(point.element, point.s, point.t), quadrature_weight);
+}
+
+std::vector<StrainPoint> ShellSurface::QuadraturePoints(int element, int num_points) const {
+  const auto& rule = TriangleQuadrature(num_points);
+  std::vector<StrainPoint> points;
+  points.reserve(rule.size());
+  for (size_t k = 0; k < rule.size(); ++k) {
+    const ElementPoint at{element, rule[k].s, rule[k].t};
+    points.push_back(basis_.IsRegular(element)
+                         ? MakePoint(at, RegularTable(num_points)[k], rule[k].weight)
+                         : MakePoint(at, rule[k].weight));
+  }
+  return points;
+}
+
+ShellSurface::CurvePoint ShellSurface::MakeCurvePoint(const ElementPoint& at,
+                                                      const Eigen::Vector2d& lattice_direction,
+                                                      double weight) const {
+  CurvePoint result;
+  result.at = at;
+  result.point = MakePoint(at);
+  const auto q = domain_.Lattice(at);
+  const auto u = domain_.Parameter(0, q[0]);
+  const auto v = domain_.Parameter(1, q[1]);
+  const SurfaceJet jet = surface_->Evaluate(u[0], v[0]);
+  const Eigen::Vector3d velocity =
+      jet.x_u * (u[1] * lattice_direction.x()) + jet.x_v * (v[1] * lattice_direction.y());
+  result.point.area = weight * velocity.norm();
+  result.tangent =
+      Eigen::Vector2d(velocity.dot(result.point.t1), velocity.dot(result.point.t2)).normalized();
+  result.conormal = Eigen::Vector2d(result.tangent.y(), -result.tangent.x());
+  return result;
+}
+
+std::vector<ShellSurface::CurvePoint> ShellSurface::SidePoints(Side side,
+                                                               int points_per_edge) const {
+  std::vector<CurvePoint> points;
+  for (const auto& edge : domain_.BoundaryEdges(side)) {
+    const auto q0 = domain_.Lattice(edge.begin);
+    const auto q1 = domain_.Lattice(edge.end);
+    for (const LinePoint& p : LineQuadrature(points_per_edge)) {
+      const ElementPoint at{edge.element,
+                            edge.begin.s + p.x * (edge.end.s - edge.begin.s),
+                            edge.begin.t + p.x * (edge.end.t - edge.begin.t)};
+      CurvePoint point =
+          MakeCurvePoint(at, Eigen::Vector2d(q1[0] - q0[0], q1[1] - q0[1]), p.weight);
+      // With ascending parameter the outside is on the right at u_max and v_min.
+      if (side == Side::kUMin || side == Side::kVMax) point.conormal = -point.conormal;
+      points.push_back(std::move(point));
+    }
+  }
+  return points;
+}
+
+std::vector<ShellSurface::CurvePoint> ShellSurface::ParameterLinePoints(int parameter,
+                                                                        double value,
+                                                                        int points_per_edge) const {
+  const int along = 1 - parameter;
+  const double fixed = domain_.LatticeCoordinate(parameter, value);
+  const double cell = std::floor(fixed);
+  // Between lattice lines the curve crosses the diagonal of every cell; both parts get a rule.
+  const double crossing = fixed - cell;
+  std::vector<CurvePoint> points;
+  for (int k = 0; k < domain_.options().divisions[along]; ++k) {
+    std::vector<double> ends = {0.0, 1.0};
+    if (crossing > 1e-12 && crossing < 1.0 - 1e-12) ends.insert(ends.begin() + 1, crossing);
+    for (size_t piece = 0; piece + 1 < ends.size(); ++piece) {
+      const double length = ends[piece + 1] - ends[piece];
+      for (const LinePoint& p : LineQuadrature(points_per_edge)) {
+        const double q = k + ends[piece] + p.x * length;
+        const ElementPoint at =
+            parameter == 0 ? domain_.LocateLattice(fixed, q) : domain_.LocateLattice(q, fixed);
+        const Eigen::Vector2d direction =
+            parameter == 0 ? Eigen::Vector2d::UnitY() : Eigen::Vector2d::UnitX();
+        points.push_back(MakeCurvePoint(at, direction, p.weight * length));
+      }
+    }
+  }
+  return points;
+}
+
+ElementPoint ShellSurface::ClosestPoint(const Eigen::Vector3d& x) const {
+  const int m = domain_.options().divisions[0], n = domain_.options().divisions[1];
+  const auto distance = [&](double q1, double q2) {
+    return (Position(domain_.LocateLattice(q1, q2)) - x).squaredNorm();
+  };
+  // Candidates: lattice points at half steps that are no farther than their neighbours.
+  const int rows = 2 * n + 1, columns = 2 * m + 1;
+  Eigen::MatrixXd d(columns, rows);
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) d(i, j) = distance(0.5 * i, 0.5 * j);
+  }
+  std::vector<std::pair<double, std::pair<int, int>>> candidates;
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      bool lowest = true;
+      for (int dj = -1; dj <= 1 && lowest; ++dj) {
+        for (int di = -1; di <= 1 && lowest; ++di) {
+          const int k = i + di, l = j + dj;
+          if (k >= 0 && k < columns && l >= 0 && l < rows) lowest = d(i, j) <= d(k, l);
+        }
+      }
+      if (lowest) candidates.push_back({d(i, j), {i, j}});
+    }
+  }
+  std::sort(candidates.begin(), candidates.end());
+  if (candidates.size() > 16) candidates.resize(16);
+
+  double best = std::numeric_limits<double>::infinity();
+  Eigen::Vector2d best_q(0.0, 0.0);
+  for (const auto& candidate : candidates) {
+    Eigen::Vector2d q(0.5 * candidate.second.first, 0.5 * candidate.second.second);
+    double value = candidate.first;
+    // Damped Gauss-Newton within the rectangle; a coordinate at its bound is free to come back.
+    for (int iteration = 0; iteration < 50; ++iteration) {
+      const auto u = domain_.Parameter(0, q.x());
+      const auto v = domain_.Parameter(1, q.y());
+      const SurfaceJet jet = surface_->Evaluate(u[0], v[0]);
+      Eigen::Matrix<double, 3, 2> j;
+      j << jet.x_u * u[1], jet.x_v * v[1];
+      const Eigen::Vector3d r = jet.x - x;
+      Eigen::Vector2d gradient = j.transpose() * r;
+      Eigen::Matrix2d hessian = j.transpose() * j;
+      Eigen::Matrix2d newton = hessian;
+      newton(0, 0) += r.dot(jet.x_uu * (u[1] * u[1]) + jet.x_u * u[2]);
+      newton(1, 1) += r.dot(jet.x_vv * (v[1] * v[1]) + jet.x_v * v[2]);
+      newton(0, 1) += r.dot(jet.x_uv * (u[1] * v[1]));
+      newton(1, 0) = newton(0, 1);
+      if (newton(0, 0) > 0.0 && newton.determinant() > 0.1 * hessian.determinant()) {
+        hessian = newton;
+      }
+      const double upper[2] = {static_cast<double>(m), static_cast<double>(n)};
+      for (int k = 0; k < 2; ++k) {
+        if ((q[k] <= 0.0 && gradient[k] > 0.0) || (q[k] >= upper[k] && gradient[k] < 0.0)) {
+          hessian(k, 1 - k) = hessian(1 - k, k) = 0.0;
+          gradient[k] = 0.0;
+        }
+      }
+      const Eigen::Vector2d step = -hessian.ldlt().solve(gradient);
+      bool moved = false;
+      for (double factor = 1.0; factor > 1e-4; factor *= 0.5) {
+        const Eigen::Vector2d trial = (q + factor * step)
+                                          .cwiseMax(Eigen::Vector2d::Zero())
+                                          .cwiseMin(Eigen::Vector2d(upper[0], upper[1]));
+        const double trial_value = distance(trial.x(), trial.y());
+        if (trial_value < value) {
+          moved = (trial - q).norm() > 1e-14 * (m + n);
+          q = trial;
+          value = trial_value;
+          break;
+        }
+      }
+      if (!moved) break;
+    }
+    if (value < best) {
+      best = value;
+      best_q = q;
+    }
+  }
+  return domain_.LocateLattice(best_q.x(), best_q.y());
+}
+
+}  // namespace darboux

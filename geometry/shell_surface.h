@@ -1,0 +1,105 @@
+#ifndef DARBOUX_GEOMETRY_SHELL_SURFACE_H_
+#define DARBOUX_GEOMETRY_SHELL_SURFACE_H_
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "geometry/loop_basis.h"
+#include "geometry/parameter_domain.h"
+#include "geometry/parametric_surface.h"
+#include "geometry/strain_point.h"
+
+namespace darboux {
+
+// The rest state of a shell: exact parametric middle surface under a Loop space of displacements.
+// The displacement delta is added to the exact sigma, so curved rest shapes carry no
+// discretisation error of their own.
+class ShellSurface {
+ public:
+  // How the control vertices of the ghost ring are treated.
+  enum class Ghosts {
+    kIndependent,  // unknowns of their own: the full Loop space on the shell
+    kFolded        // x4 = x2 + x3 - x1 (the paper's Sec. VII-C): no ghost vertex is left
+  };
+
+  ShellSurface(std::shared_ptr<const ParametricSurface> surface,
+               const ParameterDomain::Options& domain,
+               Ghosts ghosts = Ghosts::kIndependent);
+
+  const ParameterDomain& domain() const { return domain_; }
+  const ControlMesh& mesh() const { return domain_.mesh(); }
+  const LoopBasis& basis() const { return basis_; }
+  int num_elements() const { return mesh().num_elements; }
+  // Control vertices that the displacement on an element depends on; the columns of
+  // StrainPoint::weights are in this order.
+  const std::vector<int>& control_vertices(int element) const {
+    return folds_.empty() ? basis_.control_vertices(element) : folds_[element].vertices;
+  }
+  // Whether some element depends on the control vertex: false for folded ghosts.
+  bool IsActive(int vertex) const { return active_[vertex]; }
+  int num_active_vertices() const { return num_active_; }
+
+  std::array<double, 2> Parameters(const ElementPoint& point) const;
+  Eigen::Vector3d Position(const ElementPoint& point) const;
+  // Derivatives through third order in (u, v): principal curvatures and their derivatives.
+  SurfaceJet ParametricJet(const ElementPoint& point) const;
+
+  // One point with its weights; area = quadrature_weight * |x_s x x_t|.
+  StrainPoint MakePoint(const ElementPoint& point, double quadrature_weight = 0.0) const;
+
+  // Points of the triangle rule of `num_points` on one element.
+  std::vector<StrainPoint> QuadraturePoints(int element, int num_points) const;
+
+  // A point of a curve on the surface (side of the domain or parameter line): its StrainPoint has
+  // area = quadrature weight times LENGTH element. In the frame's components: unit tangent of the
+  // curve and conormal, the unit tangent vector normal to the curve; on a side it points outward.
+  struct CurvePoint {
+    ElementPoint at;
+    StrainPoint point;
+    Eigen::Vector2d tangent, conormal;
+  };
+  // `points_per_edge` Gauss points on every element edge of a side (1..5).
+  std::vector<CurvePoint> SidePoints(Side side, int points_per_edge) const;
+  // The same on the line u = value (parameter 0) or v = value (parameter 1).
+  std::vector<CurvePoint> ParameterLinePoints(int parameter,
+                                              double value,
+                                              int points_per_edge) const;
+
+  // The surface point nearest to x (global: lattice search, then Newton's method with bounds from
+  // the best candidates).
+  ElementPoint ClosestPoint(const Eigen::Vector3d& x) const;
+
+  // Diameter of the bounding box of the element corners: the length scale of the problem.
+  double size() const { return size_; }
+  double area() const { return area_; }
+
+ private:
+  RestJet Rest(const ElementPoint& point) const;
+  StrainPoint MakePoint(const ElementPoint& point,
+                        const BasisMatrix& basis,
+                        double quadrature_weight) const;
+  CurvePoint MakeCurvePoint(const ElementPoint& at,
+                            const Eigen::Vector2d& lattice_direction,
+                            double weight) const;
+
+  // Columns of the Loop basis of an element -> columns of its control_vertices.
+  struct Fold {
+    std::vector<int> vertices;
+    Eigen::MatrixXd matrix;
+  };
+  void FoldGhosts();
+
+  std::shared_ptr<const ParametricSurface> surface_;
+  ParameterDomain domain_;
+  LoopBasis basis_;
+  std::vector<Fold> folds_;  // per element; empty where ghosts are independent
+  std::vector<char> active_;
+  int num_active_ = 0;
+  double size_ = 0.0;
+  double area_ = 0.0;
+};
+
+}  // namespace darboux
+
+#endif  // DARBOUX_GEOMETRY_SHELL_SURFACE_H_

@@ -1,0 +1,51 @@
+#include "solver/scene.h"
+
+namespace darboux {
+
+const char* ToString(Minimizer minimizer) {
+  switch (minimizer) {
+    case Minimizer::kAuto:
+      return "auto";
+    case Minimizer::kMip:
+      return "mip";
+    case Minimizer::kCeres:
+      return "ceres";
+    case Minimizer::kCg:
+      return "cg";
+  }
+  return "unknown";
+}
+
+const char* ToString(Theory theory) {
+  switch (theory) {
+    case Theory::kAuto:
+      return "auto";
+    case Theory::kLinear:
+      return "linear";
+    case Theory::kNonlinear:
+      return "nonlinear";
+  }
+  return "unknown";
+}
+
+const char* ToString(Strains strains) {
+  switch (strains) {
+    case Strains::kKoiter:
+      return "koiter";
+    case Strains::kSeed:
+      return "seed";
+  }
+  return "unknown";
+}
+
+const char* ToString(BoundaryRule rule) {
+  switch (rule) {
+    case BoundaryRule::kIndependent:
+      return "independent";
+    case BoundaryRule::kSeedGhosts:
+      return "seed_ghosts";
+  }
+  return "unknown";
+}
+
+}  // namespace darboux

@@ -1,0 +1,150 @@
+#ifndef DARBOUX_SOLVER_SCENE_H_
+#define DARBOUX_SOLVER_SCENE_H_
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "geometry/expression.h"
+#include "geometry/parametric_surface.h"
+
+namespace darboux {
+
+// What a scene file says (data/README.md lists the keys), checked and with defaults filled in.
+// Any consistent unit system. Plain data; ReadScene (solver/scene_reader.h) makes one from YAML.
+
+// Where in a scene file a statement stands, for messages that come up after reading (a probe off
+// the surface, a rigid motion that no support removes).
+struct SceneLocation {
+  std::string file;
+  int line = 0;      // 1-based; 0 where the scene was not read from a file.
+  std::string key;   // e.g. "loads[2].at.uv"
+};
+
+// A number, or a formula of u, v (parametric kinds) and of the rest coordinates x, y, z. The
+// variables of `expression` are always u, v, x, y, z in this order.
+struct SceneValue {
+  Expression expression = Expression::Constant(0.0);
+};
+struct SceneVector {
+  std::array<SceneValue, 3> component;
+};
+
+struct SurfaceSpec {
+  std::string kind;  // plane, cylinder, ...
+  std::shared_ptr<const ParametricSurface> surface;
+  std::array<double, 2> u_range{0.0, 1.0};
+  std::array<double, 2> v_range{0.0, 1.0};
+  std::array<int, 2> divisions{16, 16};  // cells; each cell is two triangles
+  std::array<bool, 2> periodic{false, false};
+  std::array<double, 2> grading{0.0, 0.0};  // -1 < g < 1, see data/README.md
+  SceneLocation location;
+};
+
+struct ShellSpec {
+  double thickness = 0.0;
+  double young_modulus = 0.0;
+  double poisson_ratio = 0.0;
+  double density = 0.0;  // mass per volume; gravity only
+};
+
+enum class Minimizer { kAuto, kMip, kCeres, kCg };
+enum class Theory { kAuto, kLinear, kNonlinear };
+enum class Strains { kKoiter, kSeed };
+enum class BoundaryRule { kIndependent, kSeedGhosts };
+
+struct ModelSpec {
+  Minimizer minimizer = Minimizer::kAuto;
+  Theory theory = Theory::kAuto;
+  Strains strains = Strains::kKoiter;
+  int quadrature = 3;  // points per triangle: 1, 3, 6, 12
+  BoundaryRule boundary_rule = BoundaryRule::kIndependent;
+  std::optional<double> accuracy;  // target relative error of the probes
+};
+
+// A set of surface points: a side of the parameter rectangle, the whole rim, or a neighbourhood.
+struct Region {
+  enum class Kind { kUMin, kUMax, kVMin, kVMax, kRim, kNear };
+  Kind kind = Kind::kRim;
+  std::array<double, 3> center{};  // kNear
+  double radius = 0.0;             // kNear; 0 = the one nearest surface point
+};
+
+struct SupportSpec {
+  enum class Kind { kFix, kClamped, kSimplySupported, kSymmetry };
+  Region on;
+  Kind kind = Kind::kFix;
+  std::array<bool, 3> fix{false, false, false};  // kFix: components x, y, z
+  SceneVector displacement;                      // prescribed values (kFix, kClamped, ...)
+  std::array<double, 3> normal{};                // kSymmetry: unit normal of the mirror plane
+  SceneLocation location;
+};
+
+struct SurfacePoint {
+  enum class Kind { kUv, kNearest };
+  Kind kind = Kind::kUv;
+  std::array<double, 2> uv{};       // kUv
+  std::array<double, 3> nearest{};  // kNearest: the surface point nearest to this one
+  SceneLocation location;
+};
+
+struct LoadSpec {
+  enum class Kind {
+    kPoint,           // force at a point
+    kPressure,        // value per area along n; follows the surface in the nonlinear theory
+    kTraction,        // dead force per area
+    kNormalTraction,  // dead force per area along the rest normal
+    kEdge,            // dead force and moment per length along `on`
+    kLine,            // dead force per length along a parameter line
+    kGravity          // acceleration; needs a density
+  };
+  Kind kind = Kind::kPoint;
+  SurfacePoint at;        // kPoint
+  SceneVector force;      // kPoint (constant), kTraction, kEdge, kLine
+  SceneVector moment;     // kEdge
+  SceneValue value;       // kPressure, kNormalTraction
+  bool follower = true;   // kPressure
+  Region on;              // kEdge: a side or the rim
+  int line_parameter = 0;     // kLine: 0 for u = line_value, 1 for v = line_value
+  double line_value = 0.0;    // kLine
+  std::array<double, 3> acceleration{};  // kGravity
+  SceneLocation location;
+};
+
+struct ProbeSpec {
+  std::string name;
+  SurfacePoint at;
+};
+
+// A statement about the results; the tool's exit status says whether all hold.
+struct ExpectSpec {
+  std::string quantity;  // path into summary.json, e.g. probes.under_load.displacement.z
+  double value = 0.0;
+  std::optional<double> relative_tolerance;  // one of the two is given
+  std::optional<double> absolute_tolerance;
+  std::string source;
+  SceneLocation location;
+};
+
+struct Scene {
+  std::string name;
+  SurfaceSpec surface;
+  ShellSpec shell;
+  ModelSpec model;
+  std::vector<SupportSpec> supports;
+  std::vector<LoadSpec> loads;
+  int steps = 1;
+  std::vector<ProbeSpec> probes;
+  std::vector<ExpectSpec> expect;
+};
+
+const char* ToString(Minimizer minimizer);
+const char* ToString(Theory theory);
+const char* ToString(Strains strains);
+const char* ToString(BoundaryRule rule);
+
+}  // namespace darboux
+
+#endif  // DARBOUX_SOLVER_SCENE_H_

@@ -1,0 +1,41 @@
+#ifndef DARBOUX_SOLVER_SCENE_READER_H_
+#define DARBOUX_SOLVER_SCENE_READER_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "solver/scene.h"
+
+namespace darboux {
+
+// Reads a scene from a YAML file. Strict: an unknown or repeated key, a wrong type, a non-finite
+// number or an impossible value is an error, never silently ignored. On failure returns false,
+// leaves *scene alone and sets *error to one message
+//   FILE:LINE: KEY: what was found; what is allowed [; did you mean 'NEAREST'?]
+// LINE counts from 1 and is 0 for a file that cannot be opened; KEY is "scene" where the mistake
+// concerns the whole file (an empty one, YAML syntax).
+bool ReadScene(const std::string& file, Scene* scene, std::string* error);
+
+// The same from text; `file` is only the name used in messages.
+bool ParseScene(const std::string& text, const std::string& file, Scene* scene, std::string* error);
+
+// What a tool's command line says in place of the scene file; unset members change nothing.
+struct SceneOverrides {
+  std::optional<std::string> theory;     // auto | linear | nonlinear
+  std::optional<std::string> strains;    // koiter | seed
+  std::optional<std::string> minimizer;  // auto | ceres
+  std::optional<int> quadrature;         // 1, 3, 6, 12
+  std::optional<std::string> divisions;  // "M,N"
+};
+
+// Applies all overrides or, on a mistake, none: returns false and sets *error to
+//   --FLAG: what was found; what is allowed [; did you mean 'NEAREST'?]
+bool ApplyOverrides(const SceneOverrides& overrides, Scene* scene, std::string* error);
+
+// The known name with the smallest edit distance to the one found; empty when none is similar.
+std::string NearestName(const std::string& found, const std::vector<std::string>& known);
+
+}  // namespace darboux
+
+#endif  // DARBOUX_SOLVER_SCENE_READER_H_

@@ -1,0 +1,610 @@
+#include "solver/shell_problem.h"
+
+#include <ceres/manifold.h>
+#include <glog/logging.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "costs/bending_energy.h"
+#include "costs/edge_moment.h"
+#include "costs/load_work.h"
+#include "costs/membrane_energy.h"
+#include "costs/support.h"
+#include "geometry/quadrature.h"
+
+namespace darboux {
+namespace {
+
+// Below this, relative to the natural scale, a quantity is rounding.
+constexpr double kRounding = 1e-11;
+
+// Displacements within a fixed subspace: x + basis * delta.
+class SubspaceManifold : public ceres::Manifold {
+ public:
+  explicit SubspaceManifold(Eigen::MatrixXd basis) : basis_(std::move(basis)) {}
+  int AmbientSize() const override { return static_cast<int>(basis_.rows()); }
+  int TangentSize() const override { return static_cast<int>(basis_.cols()); }
+  bool Plus(const double* x, const double* delta, double* result) const override {
+    Eigen::Map<Eigen::VectorXd>(result, AmbientSize()) =
+        Eigen::Map<const Eigen::VectorXd>(x, AmbientSize()) +
+        basis_ * Eigen::Map<const Eigen::VectorXd>(delta, TangentSize());
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    for (int i = 0; i < AmbientSize(); ++i) {
+      for (int k = 0; k < TangentSize(); ++k) jacobian[i * TangentSize() + k] = basis_(i, k);
+    }
+    return true;
+  }
+  bool Minus(const double* y, const double* x, double* delta) const override {
+    Eigen::Map<Eigen::VectorXd>(delta, TangentSize()) =
+        basis_.transpose() * (Eigen::Map<const Eigen::VectorXd>(y, AmbientSize()) -
+                              Eigen::Map<const Eigen::VectorXd>(x, AmbientSize()));
+    return true;
+  }
+  bool MinusJacobian(const double*, double* jacobian) const override {
+    for (int k = 0; k < TangentSize(); ++k) {
+      for (int i = 0; i < AmbientSize(); ++i) jacobian[k * AmbientSize() + i] = basis_(i, k);
+    }
+    return true;
+  }
+
+ private:
+  Eigen::MatrixXd basis_;  // orthonormal columns
+};
+
+// Two unit vectors that complete n to an orthonormal frame.
+Eigen::Matrix<double, 3, 2> PlaneBasis(const Eigen::Vector3d& n) {
+  int smallest;
+  n.cwiseAbs().minCoeff(&smallest);
+  Eigen::Matrix<double, 3, 2> basis;
+  basis.col(0) = n.cross(Eigen::Vector3d::Unit(smallest)).normalized();
+  basis.col(1) = n.cross(basis.col(0));
+  return basis;
+}
+
+StrainMeasure MeasureOf(Strains strains, bool nonlinear) {
+  if (strains == Strains::kKoiter) {
+    return nonlinear ? StrainMeasure::kKoiter : StrainMeasure::kLinearKoiter;
+  }
+  return nonlinear ? StrainMeasure::kNonlinearSeed : StrainMeasure::kLinearSeed;
+}
+
+}  // namespace
+
+const char* ToString(Effect effect) {
+  switch (effect) {
+    case Effect::kMembrane:
+      return "membrane";
+    case Effect::kBending:
+      return "bending";
+    case Effect::kGeometricNonlinearity:
+      return "geometric_nonlinearity";
+    case Effect::kContact:
+      return "contact";
+    case Effect::kFriction:
+      return "friction";
+    case Effect::kGas:
+      return "gas";
+    case Effect::kGravity:
+      return "gravity";
+    case Effect::kSupports:
+      return "supports";
+    case Effect::kLoads:
+      return "loads";
+  }
+  return "";
+}
+
+ShellProblem::ShellProblem(const Scene& scene, const Options& options)
+    : scene_(scene), options_(options), measure_(MeasureOf(scene.model.strains, options.nonlinear)) {
+  material_.thickness = scene.shell.thickness;
+  material_.young_modulus = scene.shell.young_modulus;
+  material_.poisson_ratio = scene.shell.poisson_ratio;
+  material_.density = scene.shell.density;
+  const SurfaceSpec& spec = scene.surface;
+  ParameterDomain::Options domain;
+  domain.u_range = spec.u_range;
+  domain.v_range = spec.v_range;
+  domain.divisions = spec.divisions;
+  domain.periodic = spec.periodic;
+  domain.grading = spec.grading;
+  surface_ = std::make_unique<ShellSurface>(spec.surface,
+                                            domain,
+                                            scene.model.boundary_rule == BoundaryRule::kSeedGhosts
+                                                ? ShellSurface::Ghosts::kFolded
+                                                : ShellSurface::Ghosts::kIndependent);
+  points_.reserve(surface_->num_elements());
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (int e = 0; e < surface_->num_elements(); ++e) {
+    points_.push_back(std::make_shared<const std::vector<StrainPoint>>(
+        surface_->QuadraturePoints(e, scene.model.quadrature)));
+    for (const StrainPoint& point : *points_.back()) center += point.area * point.position;
+    num_quadrature_points_ += static_cast<int>(points_.back()->size());
+  }
+  frame_.center = center / surface_->area();
+  frame_.length = surface_->size();
+  displacements_ = Eigen::Matrix3Xd::Zero(3, surface_->mesh().num_vertices);
+}
+
+std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
+                                                   const Options& options,
+                                                   std::string* error) {
+  std::unique_ptr<ShellProblem> problem(new ShellProblem(scene, options));
+  if (!problem->material_.IsValid(error)) return nullptr;
+  problem->dead_loads_ =
+      AssembleDeadLoads(scene, *problem->surface_, options.nonlinear, problem->frame_);
+  if (!MakeSupportConditions(scene,
+                             *problem->surface_,
+                             problem->material_,
+                             problem->frame_,
+                             &problem->supports_,
+                             error)) {
+    return nullptr;
+  }
+  problem->ChooseUnknowns();
+  if (!problem->HoldRigidMotions(error)) return nullptr;
+
+  ceres::Problem::Options problem_options;
+  problem_options.disable_all_safety_checks = true;  // Blocks are built from one mesh, below.
+  problem->problem_ = std::make_unique<ceres::Problem>(problem_options);
+  problem->force_ = problem->dead_loads_.force;
+  problem->correction_ = Eigen::Matrix3Xd::Zero(3, problem->force_.cols());
+  problem->AddParameters();
+  problem->AddStrainEnergies();
+  problem->AddSupports();
+  problem->AddLoads();
+  problem->SetLoadFactor(1.0);
+  return problem;
+}
+
+// A flat plate in the linear theory: transverse and in-plane displacement do not meet in any term,
+// so the one that nothing drives is exactly zero and need not be an unknown.
+void ShellProblem::ChooseUnknowns() {
+  EffectReport& membrane = effects_[static_cast<int>(Effect::kMembrane)];
+  EffectReport& bending = effects_[static_cast<int>(Effect::kBending)];
+  EffectReport& nonlinearity = effects_[static_cast<int>(Effect::kGeometricNonlinearity)];
+  membrane = {true, "the shell can stretch", 0, 0};
+  bending = {true, "the shell can bend", 0, 0};
+  nonlinearity.on = options_.nonlinear;
+  nonlinearity.why = options_.nonlinear ? "nonlinear theory" : "linear theory";
+  if (options_.nonlinear) return;
+
+  plate_normal_ = points_.front()->front().n;
+  double curvature = 0.0, tilt = 0.0;
+  for (const StrainPoints& element : points_) {
+    for (const StrainPoint& p : *element) {
+      curvature = std::max({curvature, std::abs(p.b11), std::abs(p.b12), std::abs(p.b22)});
+      tilt = std::max(tilt, (p.n - plate_normal_).norm());
+    }
+  }
+  if (curvature * frame_.length > kRounding || tilt > kRounding) return;
+
+  const Eigen::Matrix3Xd& force = dead_loads_.force;
+  const double largest = force.size() > 0 ? force.cwiseAbs().maxCoeff() : 0.0;
+  const Eigen::RowVectorXd transverse = plate_normal_.transpose() * force;
+  const Eigen::Matrix3Xd in_plane = force - plate_normal_ * transverse;
+  bool drives_normal = transverse.size() > 0 && transverse.cwiseAbs().maxCoeff() > kRounding * largest;
+  bool drives_plane = in_plane.size() > 0 && in_plane.cwiseAbs().maxCoeff() > kRounding * largest;
+  bool mixes = false;
+  for (const PlacedCondition& c : supports_.conditions) {
+    for (int i = 0; i < c.coefficients.cols(); ++i) {
+      const double along = std::abs(plate_normal_.dot(c.coefficients.col(i)));
+      const double across =
+          (c.coefficients.col(i) - plate_normal_ * plate_normal_.dot(c.coefficients.col(i))).norm();
+      const double scale = kRounding * c.coefficients.col(i).norm();
+      if (along > scale && across > scale) mixes = true;
+      if (c.target != 0.0 && along > scale) drives_normal = true;
+      if (c.target != 0.0 && across > scale) drives_plane = true;
+    }
+  }
+  if (mixes || drives_normal == drives_plane) return;
+  if (drives_normal) {
+    unknowns_ = Unknowns::kNormalOnly;
+    membrane = {false,
+                "flat plate, transverse loads and supports, linear theory: the in-plane "
+                "displacement is exactly zero",
+                0,
+                0};
+  } else {
+    unknowns_ = Unknowns::kInPlaneOnly;
+    bending = {false,
+               "flat plate, in-plane loads and supports, linear theory: the transverse "
+               "displacement is exactly zero",
+               0,
+               0};
+  }
+}
+
+bool ShellProblem::HoldRigidMotions(std::string* error) {
+  Eigen::MatrixXd rows(supports_.conditions.size(), 6);
+  for (size_t i = 0; i < supports_.conditions.size(); ++i) {
+    rows.row(i) = supports_.conditions[i].rigid_row;
+  }
+  // Motions of the unknown part of the displacement.
+  Eigen::MatrixXd allowed = Eigen::MatrixXd::Identity(6, 6);
+  const Eigen::Matrix<double, 3, 2> plane = PlaneBasis(plate_normal_);
+  if (unknowns_ == Unknowns::kNormalOnly) {
+    allowed = Eigen::MatrixXd::Zero(6, 3);
+    allowed.block<3, 1>(0, 0) = plate_normal_;
+    allowed.block<3, 2>(3, 1) = plane;
+  } else if (unknowns_ == Unknowns::kInPlaneOnly) {
+    allowed = Eigen::MatrixXd::Zero(6, 3);
+    allowed.block<3, 2>(0, 0) = plane;
+    allowed.block<3, 1>(3, 2) = plate_normal_;
+  }
+  const Eigen::MatrixXd motions = FreeMotions(rows, allowed);
+  if (motions.cols() == 0) return true;
+  free_motions_ = NameMotions(motions, frame_);
+
+  // Loads that drive a free motion have no equilibrium.
+  constexpr double kBalance = 1e-6;
+  const Eigen::VectorXd work = motions.transpose() * dead_loads_.rigid_work;
+  if (work.norm() > kBalance * dead_loads_.rigid_scale) {
+    *error = scene_.surface.location.file + ": supports: found nothing that holds the shell against ";
+    for (size_t i = 0; i < free_motions_.size(); ++i) {
+      *error += (i == 0 ? "" : "; ") + free_motions_[i];
+    }
+    *error += ", while the loads drive it; allowed are supports that remove these motions, or "
+              "loads in balance on them";
+    return false;
+  }
+
+  // Hold as many displacement components as there are free motions, at points where the motions
+  // are largest (pivoted QR): statically determinate, so the reactions vanish with the loads'
+  // resultant and the strains do not depend on the choice.
+  std::vector<PlacedCondition> candidates;
+  const int stride = std::max(1, surface_->num_elements() / 256);
+  for (int e = 0; e < surface_->num_elements(); e += stride) {
+    const ElementPoint at{e, 1.0 / 3.0, 1.0 / 3.0};
+    const StrainPoint point = surface_->MakePoint(at);
+    for (const Eigen::Vector3d& direction : {point.t1, point.t2, point.n}) {
+      candidates.push_back(PointCondition(*surface_, at, direction, material_, frame_));
+    }
+  }
+  Eigen::MatrixXd moved(motions.cols(), candidates.size());
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    moved.col(i) = (candidates[i].rigid_row * motions).transpose();
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(moved);
+  for (int k = 0; k < motions.cols(); ++k) {
+    isostatic_.push_back(candidates[qr.colsPermutation().indices()[k]]);
+  }
+  return true;
+}
+
+std::vector<double*> ShellProblem::Blocks(int element) {
+  std::vector<double*> blocks;
+  for (const int vertex : surface_->control_vertices(element)) {
+    blocks.push_back(displacements_.col(vertex).data());
+  }
+  return blocks;
+}
+
+ceres::ResidualBlockId ShellProblem::Record(Effect effect,
+                                            ceres::ResidualBlockId id,
+                                            int residuals) {
+  EffectReport& report = effects_[static_cast<int>(effect)];
+  ++report.residual_blocks;
+  report.residuals += residuals;
+  blocks_[static_cast<int>(effect)].push_back(id);
+  return id;
+}
+
+void ShellProblem::AddParameters() {
+  for (int i = 0; i < displacements_.cols(); ++i) {
+    if (surface_->IsActive(i)) problem_->AddParameterBlock(displacements_.col(i).data(), 3);
+  }
+  int free_vertices = surface_->num_active_vertices();
+  for (const int vertex : supports_.fixed_vertices) {
+    problem_->SetParameterBlockConstant(displacements_.col(vertex).data());
+    --free_vertices;
+  }
+  int components = 3;
+  if (unknowns_ != Unknowns::kAll) {
+    const bool normal = unknowns_ == Unknowns::kNormalOnly;
+    components = normal ? 1 : 2;
+    const Eigen::MatrixXd basis =
+        normal ? Eigen::MatrixXd(plate_normal_) : Eigen::MatrixXd(PlaneBasis(plate_normal_));
+    auto* manifold = new SubspaceManifold(basis);  // shared by all blocks, owned by the problem
+    for (int i = 0; i < displacements_.cols(); ++i) {
+      if (surface_->IsActive(i)) problem_->SetManifold(displacements_.col(i).data(), manifold);
+    }
+  }
+  num_unknowns_ = components * free_vertices;
+}
+
+void ShellProblem::AddStrainEnergies() {
+  const bool membrane = effect(Effect::kMembrane).on, bending = effect(Effect::kBending).on;
+  for (int e = 0; e < surface_->num_elements(); ++e) {
+    const std::vector<double*> blocks = Blocks(e);
+    if (membrane) {
+      auto* cost = new MembraneEnergy(
+          points_[e], measure_, material_, options_.nonlinear && options_.tension_rows);
+      Record(Effect::kMembrane,
+             problem_->AddResidualBlock(cost, nullptr, blocks),
+             cost->num_residuals());
+    }
+    if (bending) {
+      auto* cost = new BendingEnergy(points_[e], measure_, material_);
+      Record(Effect::kBending,
+             problem_->AddResidualBlock(cost, nullptr, blocks),
+             cost->num_residuals());
+    }
+  }
+}
+
+void ShellProblem::AddSupports() {
+  EffectReport& report = effects_[static_cast<int>(Effect::kSupports)];
+  report.on = !scene_.supports.empty();
+  report.why = report.on ? "the scene names supports" : "the scene names no support";
+  const auto add = [&](const std::vector<PlacedCondition>& conditions) {
+    // Conditions of one element that follow each other share a block.
+    for (size_t first = 0; first < conditions.size();) {
+      const int element = conditions[first].element;
+      std::vector<Support::Condition> together;
+      for (; first < conditions.size() && conditions[first].element == element; ++first) {
+        const PlacedCondition& placed = conditions[first];
+        if (placed.stiffness == 0.0) continue;
+        Support::Condition condition;
+        condition.coefficients = placed.coefficients;
+        condition.stiffness = placed.stiffness;
+        if (placed.target != 0.0) {
+          targets_.push_back(placed.target);
+          condition.target = &targets_.back();
+        }
+        // What the unknown part of the displacement cannot change is no condition on it.
+        const Eigen::RowVectorXd along = plate_normal_.transpose() * condition.coefficients;
+        const double size = kRounding * condition.coefficients.norm();
+        if (unknowns_ == Unknowns::kNormalOnly && along.norm() <= size) continue;
+        if (unknowns_ == Unknowns::kInPlaneOnly &&
+            (condition.coefficients - plate_normal_ * along).norm() <= size) {
+          continue;
+        }
+        together.push_back(std::move(condition));
+      }
+      if (together.empty()) continue;
+      const int residuals = static_cast<int>(together.size());
+      Record(Effect::kSupports,
+             problem_->AddResidualBlock(
+                 new Support(std::move(together)), nullptr, Blocks(element)),
+             residuals);
+    }
+  };
+  add(supports_.conditions);
+  add(isostatic_);
+}
+
+void ShellProblem::AddLoads() {
+  EffectReport& report = effects_[static_cast<int>(Effect::kLoads)];
+  report.on = !scene_.loads.empty();
+  report.why = report.on ? "the scene names loads" : "the scene names no load";
+  EffectReport& gravity = effects_[static_cast<int>(Effect::kGravity)];
+  gravity.why = "the scene names no gravity load";
+  for (const LoadSpec& load : scene_.loads) {
+    if (load.kind == LoadSpec::Kind::kGravity) {
+      gravity.on = true;
+      gravity.why = "the scene names a gravity load; it acts through the load vector";
+    }
+  }
+  for (const Effect absent : {Effect::kContact, Effect::kFriction, Effect::kGas}) {
+    effects_[static_cast<int>(absent)].why =
+        absent == Effect::kGas ? "the scene names no gas load" : "the scene has no fingers";
+  }
+
+  // Curvature of a potential's block, (dU/du)^2 / s^2, against the membrane stiffness: 1e-16.
+  const double largest = force_.cwiseAbs().maxCoeff();
+  const double stiffness = std::sqrt(material_.MembraneStiffness());
+  const auto scale = [&](double force) { return 1e8 * force / stiffness; };
+  for (int i = 0; i < force_.cols(); ++i) {
+    if (!surface_->IsActive(i)) continue;
+    const bool loaded = !force_.col(i).isZero(0.0);
+    if (loaded) {
+      Record(Effect::kLoads,
+             Potential::AddTo(problem_.get(),
+                              new LoadWork(force_.col(i).data(), scale(largest)),
+                              {displacements_.col(i).data()}),
+             1);
+    }
+  }
+  if (!options_.nonlinear) return;
+
+  // Forces that follow the deformation. The origin of the swept volume lies on the mirror planes,
+  // where the boundary's part of its gradient vanishes.
+  Eigen::Matrix3d normal_sum = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const SupportSpec& support : scene_.supports) {
+    if (support.kind != SupportSpec::Kind::kSymmetry) continue;
+    const Eigen::Vector3d normal(support.normal[0], support.normal[1], support.normal[2]);
+    for (const Side side : SidesOf(support.on, *surface_)) {
+      const Eigen::Vector3d x = surface_->SidePoints(side, 1).front().point.position - frame_.center;
+      normal_sum += normal * normal.transpose();
+      right += normal * normal.dot(x);
+    }
+  }
+  const Eigen::Vector3d origin =
+      frame_.center + normal_sum.completeOrthogonalDecomposition().solve(right);
+  for (const LoadSpec& load : scene_.loads) {
+    if (load.kind == LoadSpec::Kind::kPressure && load.follower) {
+      const auto& rule = TriangleQuadrature(scene_.model.quadrature);
+      for (int e = 0; e < surface_->num_elements(); ++e) {
+        std::vector<double> pressure;
+        double total = 0.0;
+        for (size_t q = 0; q < rule.size(); ++q) {
+          pressure.push_back(EvaluateAt(load.value, *surface_, {e, rule[q].s, rule[q].t}));
+          total += std::abs(pressure.back()) * (*points_[e])[q].area;
+        }
+        if (total == 0.0) continue;
+        auto* cost = new FollowerPressure(
+            points_[e], std::move(pressure), origin, &load_factor_, scale(total));
+        Record(Effect::kLoads, Potential::AddTo(problem_.get(), cost, Blocks(e)), 1);
+        followers_.push_back({e, cost});
+      }
+    } else if (load.kind == LoadSpec::Kind::kEdge) {
+      for (const Side side : SidesOf(load.on, *surface_)) {
+        for (const auto& edge : surface_->SidePoints(side, 3)) {
+          const Eigen::Vector3d moment = EvaluateAt(load.moment, *surface_, edge.at);
+          if (moment.isZero(0.0)) continue;
+          Record(Effect::kLoads,
+                 Potential::AddTo(problem_.get(),
+                                  new EdgeMoment(edge.point,
+                                                 edge.tangent,
+                                                 moment,
+                                                 &load_factor_,
+                                                 scale(moment.norm())),
+                                  Blocks(edge.at.element)),
+                 1);
+        }
+      }
+    }
+  }
+  // The correction of follower forces acts on vertices that carry no dead load as well.
+  if (followers_.empty()) return;
+  double total = 0.0;
+  for (const auto& follower : followers_) {
+    const Eigen::Matrix3Xd zero = Eigen::Matrix3Xd::Zero(3, 64);
+    std::vector<const double*> rest(surface_->control_vertices(follower.first).size());
+    for (auto& block : rest) block = zero.data();
+    total = std::max(total, follower.second->ExactForce(rest.data()).norm());
+  }
+  for (int i = 0; i < force_.cols(); ++i) {
+    if (!surface_->IsActive(i) || !dead_loads_.force.col(i).isZero(0.0)) continue;
+    Record(Effect::kLoads,
+           Potential::AddTo(problem_.get(),
+                            new LoadWork(force_.col(i).data(), scale(std::max(total, largest))),
+                            {displacements_.col(i).data()}),
+           1);
+  }
+}
+
+void ShellProblem::SetLoadFactor(double factor) {
+  load_factor_ = factor;
+  force_ = factor * dead_loads_.force + correction_;
+  auto target = targets_.begin();
+  for (const auto* list : {&supports_.conditions, &isostatic_}) {
+    for (const PlacedCondition& condition : *list) {
+      if (condition.stiffness != 0.0 && condition.target != 0.0) {
+        *target++ = factor * condition.target;
+      }
+    }
+  }
+}
+
+double ShellProblem::UpdateCorrection() {
+  if (followers_.empty()) return 0.0;
+  Eigen::Matrix3Xd exact = Eigen::Matrix3Xd::Zero(3, force_.cols());
+  Eigen::Matrix3Xd potential = exact;
+  std::vector<double> gradient;
+  for (const auto& follower : followers_) {
+    const auto& vertices = surface_->control_vertices(follower.first);
+    const std::vector<double*> blocks = Blocks(follower.first);
+    const Eigen::Matrix3Xd force = follower.second->ExactForce(blocks.data());
+    // -dU/du through the block's own residual and Jacobian: J^T r.
+    double residual;
+    gradient.assign(3 * vertices.size(), 0.0);
+    std::vector<double*> jacobians;
+    for (size_t i = 0; i < vertices.size(); ++i) jacobians.push_back(&gradient[3 * i]);
+    follower.second->Evaluate(blocks.data(), &residual, jacobians.data());
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      exact.col(vertices[i]) += force.col(i);
+      potential.col(vertices[i]) -= residual * Eigen::Map<Eigen::Vector3d>(jacobians[i]);
+    }
+  }
+  const Eigen::Matrix3Xd correction = exact - potential;
+  const double change = (correction - correction_).norm() / exact.norm();
+  correction_ = correction;
+  SetLoadFactor(load_factor_);
+  return change;
+}
+
+double ShellProblem::Energy(Effect effect) {
+  const auto& blocks = blocks_[static_cast<int>(effect)];
+  if (blocks.empty()) return 0.0;
+  ceres::Problem::EvaluateOptions options;
+  options.residual_blocks = blocks;
+  double cost = 0.0;
+  problem_->Evaluate(options, &cost, nullptr, nullptr, nullptr);
+  return cost;
+}
+
+Eigen::Matrix3Xd ShellProblem::EvaluateGradient(
+    const std::vector<ceres::ResidualBlockId>* blocks) {
+  ceres::Problem::EvaluateOptions options;
+  std::vector<int> vertices;
+  for (int i = 0; i < displacements_.cols(); ++i) {
+    double* block = displacements_.col(i).data();
+    if (!surface_->IsActive(i)) continue;
+    options.parameter_blocks.push_back(block);
+    vertices.push_back(i);
+  }
+  if (blocks != nullptr) options.residual_blocks = *blocks;
+  std::vector<double> gradient;
+  double cost;
+  problem_->Evaluate(options, &cost, nullptr, &gradient, nullptr);
+  // Tangent components -> vectors; constant blocks have none.
+  Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, displacements_.cols());
+  size_t next = 0;
+  const Eigen::Matrix<double, 3, 2> plane = PlaneBasis(plate_normal_);
+  for (const int vertex : vertices) {
+    if (problem_->IsParameterBlockConstant(displacements_.col(vertex).data())) continue;
+    if (unknowns_ == Unknowns::kNormalOnly) {
+      result.col(vertex) = plate_normal_ * gradient[next++];
+    } else if (unknowns_ == Unknowns::kInPlaneOnly) {
+      result.col(vertex) = plane * Eigen::Map<const Eigen::Vector2d>(&gradient[next]);
+      next += 2;
+    } else {
+      result.col(vertex) = Eigen::Map<const Eigen::Vector3d>(&gradient[next]);
+      next += 3;
+    }
+  }
+  return result;
+}
+
+Eigen::Matrix3Xd ShellProblem::Gradient() { return EvaluateGradient(nullptr); }
+
+Eigen::Matrix3Xd ShellProblem::Gradient(Effect effect) {
+  const auto& blocks = blocks_[static_cast<int>(effect)];
+  if (blocks.empty()) return Eigen::Matrix3Xd::Zero(3, displacements_.cols());
+  return EvaluateGradient(&blocks);
+}
+
+Eigen::Vector3d ShellProblem::Reaction() const {
+  Eigen::Vector3d reaction = Eigen::Vector3d::Zero();
+  for (const auto* list : {&supports_.conditions, &isostatic_}) {
+    for (const PlacedCondition& condition : *list) {
+      double c = -load_factor_ * condition.target;
+      const auto& vertices = surface_->control_vertices(condition.element);
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        c += condition.coefficients.col(i).dot(displacements_.col(vertices[i]));
+      }
+      reaction -= condition.stiffness * c * condition.direction;
+    }
+  }
+  return reaction;
+}
+
+Eigen::Vector3d ShellProblem::AppliedForce() const {
+  Eigen::Vector3d force = load_factor_ * dead_loads_.force.rowwise().sum();
+  for (const auto& follower : followers_) {
+    std::vector<const double*> blocks;
+    for (const int vertex : surface_->control_vertices(follower.first)) {
+      blocks.push_back(displacements_.col(vertex).data());
+    }
+    force += follower.second->ExactForce(blocks.data()).rowwise().sum();
+  }
+  return force;
+}
+
+Eigen::Vector3d ShellProblem::Displacement(const ElementPoint& point) const {
+  const StrainPoint p = surface_->MakePoint(point);
+  const auto& vertices = surface_->control_vertices(point.element);
+  Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    displacement += p.weights(kRowValue, i) * displacements_.col(vertices[i]);
+  }
+  return displacement;
+}
+
+}  // namespace darboux

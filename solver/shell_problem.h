@@ -1,0 +1,152 @@
+#ifndef DARBOUX_SOLVER_SHELL_PROBLEM_H_
+#define DARBOUX_SOLVER_SHELL_PROBLEM_H_
+
+#include <ceres/problem.h>
+
+#include <Eigen/Core>
+#include <deque>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "costs/follower_pressure.h"
+#include "costs/material.h"
+#include "costs/strain_energy.h"
+#include "geometry/shell_surface.h"
+#include "solver/dead_loads.h"
+#include "solver/rigid_motion.h"
+#include "solver/scene.h"
+#include "solver/support_conditions.h"
+
+namespace darboux {
+
+// The effects of scene.md's summary, in its order.
+enum class Effect {
+  kMembrane,
+  kBending,
+  kGeometricNonlinearity,
+  kContact,
+  kFriction,
+  kGas,
+  kGravity,
+  kSupports,
+  kLoads
+};
+constexpr int kNumEffects = 9;
+const char* ToString(Effect effect);
+
+struct EffectReport {
+  bool on = false;
+  std::string why;
+  int residual_blocks = 0;
+  int residuals = 0;
+};
+
+// Which part of the displacement is unknown. A flat plate decouples in the linear theory.
+enum class Unknowns { kAll, kNormalOnly, kInPlaneOnly };
+
+// A scene as a ceres::Problem: potential energy = 1/2 sum of squares + potentials, one parameter
+// block of 3 per control vertex. Only effects the scene calls for add blocks.
+class ShellProblem {
+ public:
+  struct Options {
+    bool nonlinear = false;
+    bool tension_rows = true;  // nonlinear theory only (costs/membrane_energy.h)
+  };
+
+  // Null and *error for a scene that cannot be solved as stated, e.g. a rigid motion that nothing
+  // holds although the loads drive it.
+  static std::unique_ptr<ShellProblem> Create(const Scene& scene,
+                                              const Options& options,
+                                              std::string* error);
+
+  const Scene& scene() const { return scene_; }
+  const Material& material() const { return material_; }
+  const ShellSurface& surface() const { return *surface_; }
+  StrainMeasure measure() const { return measure_; }
+  bool nonlinear() const { return options_.nonlinear; }
+  Unknowns unknowns() const { return unknowns_; }
+  ceres::Problem* problem() { return problem_.get(); }
+
+  // Control displacements, a column per control vertex: the parameter blocks of problem().
+  Eigen::Matrix3Xd& displacements() { return displacements_; }
+  const Eigen::Matrix3Xd& displacements() const { return displacements_; }
+
+  // Scales dead loads, follower loads and prescribed displacements.
+  void SetLoadFactor(double factor);
+  double load_factor() const { return load_factor_; }
+
+  // Whether some force has no potential here, so that UpdateCorrection is needed.
+  bool NeedsCorrection() const { return !followers_.empty(); }
+  // Sets the dead correction force of the present state; returns the change of it, relative to
+  // the exact follower forces (Frobenius norms).
+  double UpdateCorrection();
+
+  // All three components of every active control vertex, whether or not they are unknown.
+  int dof() const { return 3 * surface_->num_active_vertices(); }
+  int num_unknowns() const { return num_unknowns_; }
+  int num_quadrature_points() const { return num_quadrature_points_; }
+  const EffectReport& effect(Effect effect) const { return effects_[static_cast<int>(effect)]; }
+  // Motions that no support removes; the loads balance on them, and three points or fewer take
+  // them up without reaction.
+  const std::vector<std::string>& free_motions() const { return free_motions_; }
+
+  // Energy of an effect in the present state, J.
+  double Energy(Effect effect);
+  // Gradient of the whole energy (3 x vertices), and of a part of it.
+  Eigen::Matrix3Xd Gradient();
+  Eigen::Matrix3Xd Gradient(Effect effect);
+  // Net force of the supports on the shell; force of all loads on it.
+  Eigen::Vector3d Reaction() const;
+  Eigen::Vector3d AppliedForce() const;
+
+  // Limit displacement at a point.
+  Eigen::Vector3d Displacement(const ElementPoint& point) const;
+
+  const std::vector<StrainPoints>& strain_points() const { return points_; }
+
+ private:
+  ShellProblem(const Scene& scene, const Options& options);
+
+  bool HoldRigidMotions(std::string* error);
+  void ChooseUnknowns();
+  void AddParameters();
+  void AddStrainEnergies();
+  void AddSupports();
+  void AddLoads();
+  std::vector<double*> Blocks(int element);
+  ceres::ResidualBlockId Record(Effect effect, ceres::ResidualBlockId id, int residuals);
+  Eigen::Matrix3Xd EvaluateGradient(const std::vector<ceres::ResidualBlockId>* blocks);
+
+  Scene scene_;
+  Options options_;
+  Material material_;
+  StrainMeasure measure_;
+  std::unique_ptr<ShellSurface> surface_;
+  RigidFrame frame_;
+  std::vector<StrainPoints> points_;  // per element
+  int num_quadrature_points_ = 0;
+  SupportConditions supports_;
+  std::vector<PlacedCondition> isostatic_;  // takes up free motions
+  std::vector<std::string> free_motions_;
+  DeadLoads dead_loads_;
+  Unknowns unknowns_ = Unknowns::kAll;
+  Eigen::Vector3d plate_normal_ = Eigen::Vector3d::UnitZ();
+  int num_unknowns_ = 0;
+
+  Eigen::Matrix3Xd displacements_;
+  double load_factor_ = 1.0;
+  Eigen::Matrix3Xd force_;       // load_factor * dead + correction
+  Eigen::Matrix3Xd correction_;  // follower forces that their potential lacks
+  std::deque<double> targets_;   // of the supports, at the present load factor
+  std::vector<std::pair<int, const FollowerPressure*>> followers_;  // element, block
+
+  EffectReport effects_[kNumEffects];
+  std::vector<ceres::ResidualBlockId> blocks_[kNumEffects];
+  std::unique_ptr<ceres::Problem> problem_;
+};
+
+}  // namespace darboux
+
+#endif  // DARBOUX_SOLVER_SHELL_PROBLEM_H_

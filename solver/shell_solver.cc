@@ -1,0 +1,512 @@
+#include "solver/shell_solver.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <sstream>
+
+namespace darboux {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double Since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+struct Deadline {
+  Clock::time_point start;
+  double limit_s;
+  const std::atomic<bool>* stop;
+
+  bool Stopped() const { return stop != nullptr && stop->load(); }
+  bool TimedOut() const { return limit_s > 0.0 && Since(start) >= limit_s; }
+  double Remaining() const { return limit_s > 0.0 ? std::max(limit_s - Since(start), 0.01) : 1e9; }
+};
+
+class StopCallback : public ceres::IterationCallback {
+ public:
+  explicit StopCallback(const Deadline& deadline) : deadline_(deadline) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+    return deadline_.Stopped() || deadline_.TimedOut() ? ceres::SOLVER_ABORT
+                                                       : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const Deadline& deadline_;
+};
+
+ceres::SparseLinearAlgebraLibraryType BackendOf(SparseBackend backend) {
+  const bool suite_sparse =
+      ceres::IsSparseLinearAlgebraLibraryTypeAvailable(ceres::SUITE_SPARSE);
+  if (backend == SparseBackend::kEigen || !suite_sparse) return ceres::EIGEN_SPARSE;
+  return ceres::SUITE_SPARSE;
+}
+
+ceres::Solver::Options CeresOptions(const SolverOptions& options) {
+  ceres::Solver::Options ceres_options;
+  ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  ceres_options.sparse_linear_algebra_library_type = BackendOf(options.backend);
+  ceres_options.num_threads = options.num_threads;
+  ceres_options.logging_type = ceres::SILENT;
+  // The cost is normally negative and its change can round to zero: neither says anything about
+  // equilibrium, only the gradient does.
+  ceres_options.function_tolerance = 0.0;
+  ceres_options.parameter_tolerance = 0.0;
+  ceres_options.min_trust_region_radius = 1e-40;
+  ceres_options.max_num_consecutive_invalid_steps = 50;
+  return ceres_options;
+}
+
+// The force scale that gradients are measured against, and the relative gradient.
+struct Equilibrium {
+  double relative_gradient = 0.0;
+  double reference = 0.0;  // N
+};
+
+Equilibrium CheckEquilibrium(ShellProblem* problem) {
+  Equilibrium result;
+  const Eigen::Matrix3Xd supports = problem->Gradient(Effect::kSupports);
+  const Eigen::Matrix3Xd loads = problem->Gradient(Effect::kLoads);
+  result.reference = supports.norm() + loads.norm();
+  const double gradient = problem->Gradient().norm();
+  result.relative_gradient = result.reference > 0.0 ? gradient / result.reference : gradient;
+  return result;
+}
+
+double MaxDisplacement(const ShellProblem& problem) {
+  double largest = 0.0;
+  for (const int corner : {0, 1, 2}) {
+    for (int e = 0; e < problem.surface().num_elements(); e += 1) {
+      const auto& vertices = problem.surface().control_vertices(e);
+      const StrainPoint& p =
+          (*problem.strain_points()[e])[std::min<size_t>(corner, problem.strain_points()[e]->size() - 1)];
+      Eigen::Vector3d u = Eigen::Vector3d::Zero();
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        u += p.weights(kRowValue, i) * problem.displacements().col(vertices[i]);
+      }
+      largest = std::max(largest, u.norm());
+    }
+  }
+  return largest;
+}
+
+void RecordStep(ShellProblem* problem,
+                double factor,
+                int iterations,
+                bool converged,
+                double relative_gradient,
+                const SolverOptions& options,
+                Clock::time_point start,
+                SolverSummary* summary) {
+  LoadStep step;
+  step.factor = factor;
+  step.iterations = iterations;
+  step.converged = converged;
+  step.relative_gradient = relative_gradient;
+  for (int e = 0; e < kNumEffects; ++e) step.energy += problem->Energy(static_cast<Effect>(e));
+  step.max_displacement = MaxDisplacement(*problem);
+  step.reaction = problem->Reaction();
+  for (const ProbeSpec& probe : problem->scene().probes) {
+    step.probe_displacements.push_back(
+        problem->Displacement(Resolve(probe.at, problem->surface())));
+  }
+  step.displacements = problem->displacements();
+  summary->steps.push_back(step);
+  if (options.on_step) {
+    StepReport report;
+    report.step = static_cast<int>(summary->steps.size());
+    report.steps = problem->scene().steps;
+    report.load_factor = factor;
+    report.iterations = iterations;
+    report.energy = step.energy;
+    report.relative_gradient = relative_gradient;
+    report.max_displacement = step.max_displacement;
+    report.seconds = Since(start);
+    report.converged = converged;
+    options.on_step(report);
+  }
+}
+
+// One Gauss-Newton step is the solution of the linear theory; a second one refines it where
+// rounding has left more than the tolerance.
+bool SolveLinear(ShellProblem* problem,
+                 const SolverOptions& options,
+                 const Deadline& deadline,
+                 int* iterations,
+                 Equilibrium* equilibrium,
+                 std::string* message) {
+  ceres::Solver::Options ceres_options = CeresOptions(options);
+  // Levenberg-Marquardt's damping at this radius is below rounding: plain Gauss-Newton.
+  ceres_options.initial_trust_region_radius = 1e20;
+  ceres_options.max_trust_region_radius = 1e20;
+  ceres_options.max_num_iterations = 1;
+  ceres_options.gradient_tolerance = 0.0;
+  *iterations = 0;
+  double previous = std::numeric_limits<double>::infinity();
+  for (int pass = 0; pass < 3; ++pass) {
+    const Eigen::Matrix3Xd before = problem->displacements();
+    ceres::Solver::Summary ceres_summary;
+    ceres::Solve(ceres_options, problem->problem(), &ceres_summary);
+    *iterations += static_cast<int>(ceres_summary.iterations.size()) - 1;
+    if (!ceres_summary.IsSolutionUsable()) {
+      *message = "the linear solver failed: " + ceres_summary.message;
+      return false;
+    }
+    *equilibrium = CheckEquilibrium(problem);
+    if (equilibrium->relative_gradient <= options.gradient_tolerance) return true;
+    if (equilibrium->relative_gradient >= previous) {
+      problem->displacements() = before;
+      *equilibrium = CheckEquilibrium(problem);
+      break;
+    }
+    previous = equilibrium->relative_gradient;
+    if (deadline.Stopped() || deadline.TimedOut()) break;
+  }
+  *message = "rounding keeps the gradient above the tolerance";
+  return equilibrium->relative_gradient <= options.gradient_tolerance;
+}
+
+// Levenberg-Marquardt at the problem's present load factor, from its present state.
+bool SolveNonlinear(ShellProblem* problem,
+                    const SolverOptions& options,
+                    const Deadline& deadline,
+                    int* iterations,
+                    Equilibrium* equilibrium,
+                    std::string* message) {
+  *iterations = 0;
+  constexpr int kMaxCorrections = 50;
+  for (int correction = 0; correction < kMaxCorrections; ++correction) {
+    double change = problem->NeedsCorrection() ? problem->UpdateCorrection() : 0.0;
+    *equilibrium = CheckEquilibrium(problem);
+    if (equilibrium->reference == 0.0 ||
+        (correction > 0 && equilibrium->relative_gradient <= options.gradient_tolerance)) {
+      return true;
+    }
+    ceres::Solver::Options ceres_options = CeresOptions(options);
+    ceres_options.initial_trust_region_radius = 1e4;
+    ceres_options.max_num_iterations = options.max_iterations - *iterations;
+    ceres_options.max_solver_time_in_seconds = deadline.Remaining();
+    // Ceres' norm is the largest component; the test below is on the Euclidean norm.
+    ceres_options.gradient_tolerance =
+        0.3 * options.gradient_tolerance * equilibrium->reference /
+        std::sqrt(static_cast<double>(std::max(problem->num_unknowns(), 1)));
+    StopCallback stop(deadline);
+    ceres_options.callbacks.push_back(&stop);
+    ceres::Solver::Summary ceres_summary;
+    ceres::Solve(ceres_options, problem->problem(), &ceres_summary);
+    *iterations += static_cast<int>(ceres_summary.iterations.size()) - 1;
+    *equilibrium = CheckEquilibrium(problem);
+    if (deadline.Stopped() || deadline.TimedOut()) {
+      *message = deadline.Stopped() ? "stopped by the user" : "time limit reached";
+      return false;
+    }
+    if (!ceres_summary.IsSolutionUsable()) {
+      *message = "the minimiser failed: " + ceres_summary.message;
+      return false;
+    }
+    if (equilibrium->relative_gradient > options.gradient_tolerance) {
+      std::ostringstream text;
+      text << "relative gradient " << equilibrium->relative_gradient << " after " << *iterations
+           << " iterations";
+      *message = text.str();
+      return false;
+    }
+    if (!problem->NeedsCorrection()) return true;
+    (void)change;
+  }
+  *message = "the forces that follow the deformation did not settle";
+  return false;
+}
+
+// Strain energy that the nonlinear theory finds in the linear solution, against the linear one:
+// an estimate of what the linear theory leaves out.
+double EstimateNonlinearity(const ShellProblem& linear) {
+  const StrainMeasure measure = linear.measure() == StrainMeasure::kLinearKoiter
+                                    ? StrainMeasure::kKoiter
+                                    : StrainMeasure::kNonlinearSeed;
+  const Material& material = linear.material();
+  const double nu = material.poisson_ratio;
+  const double membrane = material.MembraneStiffness(), bending = material.BendingStiffness();
+  const auto form = [nu](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return a[0] * b[0] + a[1] * b[1] + nu * (a[0] * b[1] + a[1] * b[0]) +
+           0.5 * (1.0 - nu) * a[2] * b[2];
+  };
+  double difference = 0.0, reference = 0.0;
+  const ShellSurface& surface = linear.surface();
+  for (int e = 0; e < surface.num_elements(); ++e) {
+    const auto& vertices = surface.control_vertices(e);
+    for (const StrainPoint& p : *linear.strain_points()[e]) {
+      Eigen::Matrix<double, 3, 5> k = Eigen::Matrix<double, 3, 5>::Zero();
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        k += linear.displacements().col(vertices[i]) *
+             p.weights.col(i).tail<5>().transpose();
+      }
+      Eigen::Vector3d e0, e1, z0, z1;
+      EvaluateMembraneStrain(linear.measure(), p, k.data(), e0.data());
+      EvaluateMembraneStrain(measure, p, k.data(), e1.data());
+      EvaluateBendingStrain(linear.measure(), p, k.data(), z0.data());
+      if (!EvaluateBendingStrain(measure, p, k.data(), z1.data())) {
+        return std::numeric_limits<double>::infinity();
+      }
+      e1 -= e0;
+      z1 -= z0;
+      difference += p.area * (membrane * form(e1, e1) + bending * form(z1, z1));
+      reference += p.area * (membrane * form(e0, e0) + bending * form(z0, z0));
+    }
+  }
+  return reference > 0.0 ? difference / reference : 0.0;
+}
+
+void Finish(ShellProblem* problem,
+            const SolverOptions& options,
+            const Equilibrium& equilibrium,
+            SolverSummary* summary) {
+  summary->theory = problem->nonlinear() ? Theory::kNonlinear : Theory::kLinear;
+  summary->backend =
+      BackendOf(options.backend) == ceres::SUITE_SPARSE ? "suite_sparse" : "eigen_sparse";
+  summary->dof = problem->dof();
+  summary->unknowns = problem->num_unknowns();
+  summary->elements = problem->surface().num_elements();
+  summary->quadrature_points = problem->num_quadrature_points();
+  summary->free_motions = problem->free_motions();
+  summary->iterations = 0;
+  for (const LoadStep& step : summary->steps) summary->iterations += step.iterations;
+  summary->effects.clear();
+  summary->energy_total = 0.0;
+  for (int i = 0; i < kNumEffects; ++i) {
+    const Effect effect = static_cast<Effect>(i);
+    EffectSummary entry{ToString(effect), problem->effect(effect), problem->Energy(effect)};
+    summary->energy_total += entry.energy;
+    if (effect == Effect::kLoads) summary->load_work = -entry.energy;
+    if (effect == Effect::kSupports) summary->support_energy = entry.energy;
+    summary->effects.push_back(std::move(entry));
+  }
+  summary->probes.clear();
+  for (const ProbeSpec& probe : problem->scene().probes) {
+    const ElementPoint at = Resolve(probe.at, problem->surface());
+    summary->probes.push_back(
+        {probe.name, problem->surface().Position(at), problem->Displacement(at)});
+  }
+  summary->reaction = problem->Reaction();
+  summary->applied_force = problem->AppliedForce();
+  const double forces = summary->reaction.norm() + summary->applied_force.norm();
+  summary->force_balance =
+      forces > 0.0 ? (summary->reaction + summary->applied_force).norm() / forces : 0.0;
+  summary->gradient_norm = equilibrium.relative_gradient;
+  summary->max_displacement = MaxDisplacement(*problem);
+
+  summary->max_membrane_strain = summary->max_rotation = 0.0;
+  const ShellSurface& surface = problem->surface();
+  for (int e = 0; e < surface.num_elements(); ++e) {
+    const auto& vertices = surface.control_vertices(e);
+    for (const StrainPoint& p : *problem->strain_points()[e]) {
+      Eigen::Matrix<double, 3, 2> d = Eigen::Matrix<double, 3, 2>::Zero();
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        d += problem->displacements().col(vertices[i]) *
+             p.weights.col(i).segment<2>(kRowD1).transpose();
+      }
+      Eigen::Vector3d strain;
+      EvaluateMembraneStrain(problem->measure(), p, d.data(), strain.data());
+      const double mean = 0.5 * (strain[0] + strain[1]);
+      const double radius = std::hypot(0.5 * (strain[0] - strain[1]), 0.5 * strain[2]);
+      summary->max_membrane_strain =
+          std::max(summary->max_membrane_strain, std::abs(mean) + radius);
+      const double linear = d.transpose().operator*(p.n).norm();
+      double rotation = linear;
+      if (problem->nonlinear()) {
+        const Eigen::Vector3d normal =
+            Eigen::Vector3d(p.t1 + d.col(0)).cross(Eigen::Vector3d(p.t2 + d.col(1)));
+        rotation = std::atan2(normal.cross(p.n).norm(), normal.dot(p.n));
+      }
+      summary->max_rotation = std::max(summary->max_rotation, rotation);
+    }
+  }
+}
+
+}  // namespace
+
+bool SolverOptions::IsValid(std::string* error) const {
+  const auto fail = [&](const char* what) {
+    *error = what;
+    return false;
+  };
+  if (num_threads < 1) return fail("num_threads must be at least 1");
+  if (max_iterations < 1) return fail("max_iterations must be at least 1");
+  if (!(gradient_tolerance > 0.0)) return fail("gradient_tolerance must be positive");
+  if (!(time_limit_s >= 0.0)) return fail("time_limit must not be negative");
+  if (!(theory_tolerance > 0.0)) return fail("theory_tolerance must be positive");
+  if (backend == SparseBackend::kSuiteSparse &&
+      !ceres::IsSparseLinearAlgebraLibraryTypeAvailable(ceres::SUITE_SPARSE)) {
+    return fail("this Ceres was built without SuiteSparse; use eigen");
+  }
+  return true;
+}
+
+std::string SolverSummary::BriefReport() const {
+  std::ostringstream out;
+  out << (IsConverged() ? "converged" : "NOT CONVERGED (" + message + ")") << ": "
+      << ToString(theory) << " theory, " << dof << " dof";
+  if (unknowns != dof) out << " (" << unknowns << " unknown)";
+  out << ", " << iterations << (iterations == 1 ? " iteration" : " iterations") << ", set-up "
+      << setup_s << " s, solve " << solve_s << " s";
+  return out.str();
+}
+
+std::string SolverSummary::FullReport() const {
+  std::ostringstream out;
+  out << BriefReport() << "\n  " << elements << " elements, " << quadrature_points
+      << " quadrature points, backend " << backend << "\n  theory: " << theory_reason << "\n";
+  for (const EffectSummary& effect : effects) {
+    char line[256];
+    std::snprintf(line,
+                  sizeof(line),
+                  "  %-22s %-3s %8d blocks %8d residuals  energy % .6e  ",
+                  effect.name.c_str(),
+                  effect.report.on ? "on" : "off",
+                  effect.report.residual_blocks,
+                  effect.report.residuals,
+                  effect.energy);
+    out << line << effect.report.why << "\n";
+  }
+  out << "  relative gradient " << gradient_norm << ", force balance " << force_balance
+      << "\n  largest displacement " << max_displacement << ", membrane strain "
+      << max_membrane_strain << ", rotation " << max_rotation << " rad\n";
+  for (const std::string& motion : free_motions) out << "  free: " << motion << "\n";
+  for (const std::string& decision : decisions) out << "  " << decision << "\n";
+  for (const ProbeSummary& probe : probes) {
+    char line[256];
+    std::snprintf(line,
+                  sizeof(line),
+                  "  probe %-16s displacement (% .9e, % .9e, % .9e)\n",
+                  probe.name.c_str(),
+                  probe.displacement.x(),
+                  probe.displacement.y(),
+                  probe.displacement.z());
+    out << line;
+  }
+  return out.str();
+}
+
+bool Solve(const Scene& scene,
+           const SolverOptions& options,
+           std::unique_ptr<ShellProblem>* problem,
+           SolverSummary* summary,
+           std::string* error) {
+  *summary = SolverSummary();
+  if (!options.IsValid(error)) return false;
+  const Clock::time_point start = Clock::now();
+  const Deadline deadline{start, options.time_limit_s, options.stop};
+  const auto terminate = [&](bool converged, const std::string& message) {
+    using Termination = SolverSummary::Termination;
+    summary->termination = converged            ? Termination::kConverged
+                           : deadline.Stopped()  ? Termination::kStopped
+                           : deadline.TimedOut() ? Termination::kTimeLimit
+                                                 : Termination::kNotConverged;
+    summary->message = converged ? "converged" : message;
+  };
+
+  Theory theory = scene.model.theory;
+  std::string message;
+  Equilibrium equilibrium;
+  bool converged = false;
+
+  if (theory != Theory::kNonlinear) {
+    ShellProblem::Options problem_options;
+    *problem = ShellProblem::Create(scene, problem_options, error);
+    if (*problem == nullptr) return false;
+    ShellProblem* linear = problem->get();
+    summary->setup_s = Since(start);
+    int iterations = 0;
+    converged = SolveLinear(linear, options, deadline, &iterations, &equilibrium, &message);
+    summary->solve_s = Since(start) - summary->setup_s;
+    summary->theory_reason = "asked for by the scene";
+    if (theory == Theory::kAuto && converged) {
+      const double tolerance = scene.model.accuracy.value_or(options.theory_tolerance);
+      summary->nonlinearity_estimate = EstimateNonlinearity(*linear);
+      std::ostringstream reason;
+      reason << "chosen: what the linear theory leaves out is estimated at "
+             << summary->nonlinearity_estimate << " of the energy, "
+             << (summary->nonlinearity_estimate > tolerance ? "above " : "within ") << tolerance;
+      summary->theory_reason = reason.str();
+      theory = summary->nonlinearity_estimate > tolerance ? Theory::kNonlinear : Theory::kLinear;
+    }
+    if (theory != Theory::kNonlinear) {
+      // The answer of the linear theory is proportional to the load.
+      const Eigen::Matrix3Xd full = linear->displacements();
+      for (int step = 1; step <= scene.steps; ++step) {
+        const double factor = static_cast<double>(step) / scene.steps;
+        linear->displacements() = factor * full;
+        linear->SetLoadFactor(factor);
+        RecordStep(linear,
+                   factor,
+                   step == 1 ? iterations : 0,
+                   converged,
+                   equilibrium.relative_gradient,
+                   options,
+                   start,
+                   summary);
+      }
+      terminate(converged, message);
+      Finish(linear, options, equilibrium, summary);
+      return true;
+    }
+  } else {
+    summary->theory_reason = "asked for by the scene";
+  }
+
+  const double before = Since(start);
+  ShellProblem::Options problem_options;
+  problem_options.nonlinear = true;
+  *problem = ShellProblem::Create(scene, problem_options, error);
+  if (*problem == nullptr) return false;
+  ShellProblem* nonlinear = problem->get();
+  summary->setup_s += Since(start) - before;
+  const double solve_start = Since(start);
+  Eigen::Matrix3Xd good = nonlinear->displacements();
+  double good_factor = 0.0;
+  for (int step = 1; step <= scene.steps; ++step) {
+    const double target = static_cast<double>(step) / scene.steps;
+    int iterations = 0;
+    // Straight to the asked load; where that fails, in 5, then 20 parts from the last good state.
+    for (const int parts : {1, 5, 20}) {
+      nonlinear->displacements() = good;
+      converged = true;
+      for (int part = 1; part <= parts && converged; ++part) {
+        nonlinear->SetLoadFactor(good_factor + (target - good_factor) * part / parts);
+        int used = 0;
+        converged = SolveNonlinear(nonlinear, options, deadline, &used, &equilibrium, &message);
+        iterations += used;
+      }
+      if (converged || deadline.Stopped() || deadline.TimedOut()) break;
+      if (parts < 20) {
+        std::ostringstream decision;
+        decision << "load factor " << target << " not reached in " << parts
+                 << (parts == 1 ? " step (" : " steps (") << message << "): cut";
+        summary->decisions.push_back(decision.str());
+      }
+    }
+    RecordStep(nonlinear,
+               nonlinear->load_factor(),
+               iterations,
+               converged,
+               equilibrium.relative_gradient,
+               options,
+               start,
+               summary);
+    if (!converged) break;
+    good = nonlinear->displacements();
+    good_factor = target;
+  }
+  summary->solve_s += Since(start) - solve_start;
+  terminate(converged, message);
+  Finish(nonlinear, options, equilibrium, summary);
+  return true;
+}
+
+}  // namespace darboux
