@@ -275,11 +275,10 @@ bool ShellProblem::HoldRigidMotions(std::string* error) {
   return true;
 }
 
-std::vector<double*> ShellProblem::Blocks(int element) {
+std::vector<double*> ShellProblem::Blocks(const std::vector<int>& vertices) {
   std::vector<double*> blocks;
-  for (const int vertex : surface_->control_vertices(element)) {
-    blocks.push_back(displacements_.col(vertex).data());
-  }
+  blocks.reserve(vertices.size());
+  for (const int vertex : vertices) blocks.push_back(displacements_.col(vertex).data());
   return blocks;
 }
 
@@ -319,7 +318,7 @@ void ShellProblem::AddParameters() {
 void ShellProblem::AddStrainEnergies() {
   const bool membrane = effect(Effect::kMembrane).on, bending = effect(Effect::kBending).on;
   for (int e = 0; e < surface_->num_elements(); ++e) {
-    const std::vector<double*> blocks = Blocks(e);
+    const std::vector<double*> blocks = Blocks(surface_->control_vertices(e));
     if (membrane) {
       auto* cost = new MembraneEnergy(
           points_[e], measure_, material_, options_.nonlinear && options_.tension_rows);
@@ -341,11 +340,11 @@ void ShellProblem::AddSupports() {
   report.on = !scene_.supports.empty();
   report.why = report.on ? "the scene names supports" : "the scene names no support";
   const auto add = [&](const std::vector<PlacedCondition>& conditions) {
-    // Conditions of one element that follow each other share a block.
+    // Conditions on the same control vertices that follow each other share a block.
     for (size_t first = 0; first < conditions.size();) {
-      const int element = conditions[first].element;
+      const std::vector<int>& vertices = conditions[first].vertices;
       std::vector<Support::Condition> together;
-      for (; first < conditions.size() && conditions[first].element == element; ++first) {
+      for (; first < conditions.size() && conditions[first].vertices == vertices; ++first) {
         const PlacedCondition& placed = conditions[first];
         if (placed.stiffness == 0.0) continue;
         Support::Condition condition;
@@ -369,7 +368,7 @@ void ShellProblem::AddSupports() {
       const int residuals = static_cast<int>(together.size());
       Record(Effect::kSupports,
              problem_->AddResidualBlock(
-                 new Support(std::move(together)), nullptr, Blocks(element)),
+                 new Support(std::move(together)), nullptr, Blocks(vertices)),
              residuals);
     }
   };
@@ -439,7 +438,7 @@ void ShellProblem::AddLoads() {
         if (total == 0.0) continue;
         auto* cost = new FollowerPressure(
             points_[e], std::move(pressure), origin, &load_factor_, scale(total));
-        Record(Effect::kLoads, Potential::AddTo(problem_.get(), cost, Blocks(e)), 1);
+        Record(Effect::kLoads, Potential::AddTo(problem_.get(), cost, Blocks(surface_->control_vertices(e))), 1);
         followers_.push_back({e, cost});
       }
     } else if (load.kind == LoadSpec::Kind::kEdge) {
@@ -454,7 +453,7 @@ void ShellProblem::AddLoads() {
                                                  moment,
                                                  &load_factor_,
                                                  scale(moment.norm())),
-                                  Blocks(edge.at.element)),
+                                  Blocks(surface_->control_vertices(edge.at.element))),
                  1);
         }
       }
@@ -499,7 +498,7 @@ double ShellProblem::UpdateCorrection() {
   std::vector<double> gradient;
   for (const auto& follower : followers_) {
     const auto& vertices = surface_->control_vertices(follower.first);
-    const std::vector<double*> blocks = Blocks(follower.first);
+    const std::vector<double*> blocks = Blocks(vertices);
     const Eigen::Matrix3Xd force = follower.second->ExactForce(blocks.data());
     // -dU/du through the block's own residual and Jacobian: J^T r.
     double residual;
@@ -575,7 +574,7 @@ Eigen::Vector3d ShellProblem::Reaction() const {
   for (const auto* list : {&supports_.conditions, &isostatic_}) {
     for (const PlacedCondition& condition : *list) {
       double c = -load_factor_ * condition.target;
-      const auto& vertices = surface_->control_vertices(condition.element);
+      const auto& vertices = condition.vertices;
       for (size_t i = 0; i < vertices.size(); ++i) {
         c += condition.coefficients.col(i).dot(displacements_.col(vertices[i]));
       }

@@ -115,7 +115,7 @@ class ShellProblem {
   void AddStrainEnergies();
   void AddSupports();
   void AddLoads();
-  std::vector<double*> Blocks(int element);
+  std::vector<double*> Blocks(const std::vector<int>& vertices);
   ceres::ResidualBlockId Record(Effect effect, ceres::ResidualBlockId id, int residuals);
   Eigen::Matrix3Xd EvaluateGradient(const std::vector<ceres::ResidualBlockId>* blocks);
 

@@ -3,18 +3,23 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <utility>
+
+#include "geometry/quadrature.h"
 
 namespace darboux {
 namespace {
 
-// Support springs relative to the shell's own stiffness over one element. The error they leave
-// falls like 1 / kStiffness and h^2 or faster; the digits they cost in the factorisation grow with
-// it. Measured flat between 1e3 and 1e9 (tests/support_test.cc).
-constexpr double kStiffness = 1e6;
+// Support springs relative to the shell's own stiffness over one element, E h / (1 - nu^2) for
+// displacements and D for rotations. What they give way falls like 1 / stiffness; the digits that
+// their forces lose, eps * stiffness * displacement, grow with it, more so for displacements
+// because the membrane is the stiffer part. Measured flat over two decades to either side
+// (tests/support_conditions_test.cc).
+constexpr double kDisplacementStiffness = 1e5;
+constexpr double kRotationStiffness = 1e7;
 
-// Gauss points per element edge; see costs/support.h for why not more.
-constexpr int kPointsPerEdge = 1;
+// Gauss points per element edge in the weighted means.
+constexpr int kPointsPerEdge = 4;
 
 std::string Where(const SceneLocation& location) {
   return location.file + ":" + std::to_string(location.line) + ": " + location.key + ": ";
@@ -23,31 +28,52 @@ std::string Where(const SceneLocation& location) {
 // What a condition holds at a point.
 struct Row {
   Eigen::Vector3d direction;
-  bool derivative;          // of the displacement along `along`, otherwise the displacement itself
-  Eigen::Vector2d along;    // in the frame's components
-  double stiffness;
+  bool derivative;        // of the displacement along `along`, otherwise the displacement itself
+  Eigen::Vector2d along;  // in the frame's components
+  double stiffness;       // per point, or per length and height of the element on a side
   double target;
 };
 
+// Adds weight * row to a condition.
+void Accumulate(const Row& row,
+                const std::vector<int>& vertices,
+                const StrainPoint& point,
+                const RigidFrame& frame,
+                double weight,
+                PlacedCondition* condition) {
+  Eigen::RowVectorXd factors;
+  if (row.derivative) {
+    factors = row.along.x() * point.weights.row(kRowD1) + row.along.y() * point.weights.row(kRowD2);
+    condition->rigid_row +=
+        weight * frame.DerivativeRow(row.along.x() * point.t1 + row.along.y() * point.t2,
+                                     row.direction);
+  } else {
+    factors = point.weights.row(kRowValue);
+    condition->direction += weight * row.direction;
+    condition->rigid_row += weight * frame.DisplacementRow(point.position, row.direction);
+  }
+  condition->target += weight * row.target;
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    size_t column = 0;
+    while (column < condition->vertices.size() && condition->vertices[column] != vertices[i]) {
+      ++column;
+    }
+    if (column == condition->vertices.size()) {
+      condition->vertices.push_back(vertices[i]);
+      condition->coefficients.conservativeResize(3, column + 1);
+      condition->coefficients.col(column).setZero();
+    }
+    condition->coefficients.col(column) += weight * factors[i] * row.direction;
+  }
+}
+
 PlacedCondition Place(const Row& row,
-                      int element,
+                      const std::vector<int>& vertices,
                       const StrainPoint& point,
                       const RigidFrame& frame) {
   PlacedCondition condition;
-  condition.element = element;
   condition.stiffness = row.stiffness;
-  condition.target = row.target;
-  if (row.derivative) {
-    condition.coefficients =
-        row.direction * (row.along.x() * point.weights.row(kRowD1) +
-                         row.along.y() * point.weights.row(kRowD2));
-    condition.rigid_row = frame.DerivativeRow(row.along.x() * point.t1 + row.along.y() * point.t2,
-                                              row.direction);
-  } else {
-    condition.coefficients = row.direction * point.weights.row(kRowValue);
-    condition.direction = row.direction;
-    condition.rigid_row = frame.DisplacementRow(point.position, row.direction);
-  }
+  Accumulate(row, vertices, point, frame, 1.0, &condition);
   return condition;
 }
 
@@ -67,37 +93,87 @@ void AddDisplacementRows(const SupportSpec& support,
   }
 }
 
+// Rows of a support at a point of a side; stiffness per unit of length / height of the element.
+std::vector<Row> SideRows(const SupportSpec& support,
+                          const ShellSurface::CurvePoint& edge,
+                          const Eigen::Vector3d& target,
+                          const Material& material) {
+  std::vector<Row> rows;
+  AddDisplacementRows(support, target, kDisplacementStiffness * material.MembraneStiffness(), &rows);
+  const double rotation = kRotationStiffness * material.BendingStiffness();
+  if (support.kind == SupportSpec::Kind::kClamped) {
+    // With the edge held, x_v . n = 0 keeps the normal; linear in d_v for any rotation.
+    rows.push_back({edge.point.n, true, edge.conormal, rotation, 0.0});
+  } else if (support.kind == SupportSpec::Kind::kSymmetry) {
+    // The mirrored field is smooth: the derivative across has no part within the plane.
+    const Eigen::Vector3d normal(support.normal[0], support.normal[1], support.normal[2]);
+    rows.push_back({edge.point.n, true, edge.conormal, rotation, 0.0});
+    rows.push_back({normal.cross(edge.point.n), true, edge.conormal, rotation, 0.0});
+  }
+  return rows;
+}
+
 void AddSide(const SupportSpec& support,
              Side side,
              const ShellSurface& surface,
              const Material& material,
              const RigidFrame& frame,
              SupportConditions* result) {
-  const double membrane = material.MembraneStiffness(), bending = material.BendingStiffness();
-  for (const auto& edge : surface.SidePoints(side, kPointsPerEdge)) {
-    const StrainPoint& point = edge.point;
-    const double length = point.area;
-    // Height of the element over this edge.
-    const auto element_area =
-        0.5 * surface.MakePoint({edge.at.element, 1.0 / 3.0, 1.0 / 3.0}, 1.0).area;
-    const double height = 2.0 * element_area / (length * kPointsPerEdge);
+  const auto points = surface.SidePoints(side, kPointsPerEdge);
+  const auto& rule = LineQuadrature(kPointsPerEdge);
+  const int num_edges = static_cast<int>(points.size()) / kPointsPerEdge;
+  const bool along_v = side == Side::kUMin || side == Side::kUMax;
+  const bool closed = surface.domain().options().periodic[along_v ? 1 : 0];
+  const int num_vertices = closed ? num_edges : num_edges + 1;
+  std::vector<std::vector<PlacedCondition>> conditions(num_vertices);
+  std::vector<double> lengths(num_vertices, 0.0);
+  for (int e = 0; e < num_edges; ++e) {
+    for (int q = 0; q < kPointsPerEdge; ++q) {
+      const auto& edge = points[e * kPointsPerEdge + q];
+      // Height of the element over this edge, from its area element.
+      const double edge_speed = edge.point.area / rule[q].weight;
+      const double height = surface.MakePoint(edge.at, 1.0).area / edge_speed;
+      const auto rows = SideRows(
+          support, edge, EvaluateAt(support.displacement, surface, edge.at), material);
+      const auto& vertices = surface.control_vertices(edge.at.element);
+      for (int end = 0; end < 2; ++end) {
+        const int k = (e + end) % num_vertices;
+        const double hat = end == 0 ? 1.0 - rule[q].x : rule[q].x;
+        const double weight = hat * edge.point.area;
+        if (conditions[k].empty()) conditions[k].resize(rows.size());
+        for (size_t r = 0; r < rows.size(); ++r) {
+          Accumulate(rows[r], vertices, edge.point, frame, weight, &conditions[k][r]);
+          conditions[k][r].stiffness += rows[r].stiffness * weight / height;
+        }
+        lengths[k] += weight;
+      }
+    }
+  }
+  for (int k = 0; k < num_vertices; ++k) {
+    for (PlacedCondition& condition : conditions[k]) {
+      // The mean, not the integral.
+      condition.coefficients /= lengths[k];
+      condition.direction /= lengths[k];
+      condition.rigid_row /= lengths[k];
+      condition.target /= lengths[k];
+      result->conditions.push_back(std::move(condition));
+    }
+  }
+  if (closed) return;
+  // A corner carries a concentrated reaction (Kirchhoff's corner force), which no mean along the
+  // side can represent: the displacement itself is held there too.
+  for (const bool first : {true, false}) {
+    const auto boundary = surface.domain().BoundaryEdges(side);
+    const ElementPoint at = first ? boundary.front().begin : boundary.back().end;
+    const StrainPoint point = surface.MakePoint(at);
     std::vector<Row> rows;
     AddDisplacementRows(support,
-                        EvaluateAt(support.displacement, surface, edge.at),
-                        kStiffness * membrane * length / height,
+                        EvaluateAt(support.displacement, surface, at),
+                        kDisplacementStiffness * material.MembraneStiffness(),
                         &rows);
-    const double rotation = kStiffness * bending * length / height;
-    if (support.kind == SupportSpec::Kind::kClamped) {
-      // With the edge held, x_v . n = 0 keeps the normal; linear in d_v for any rotation.
-      rows.push_back({point.n, true, edge.conormal, rotation, 0.0});
-    } else if (support.kind == SupportSpec::Kind::kSymmetry) {
-      // The mirrored field is smooth: the derivative across has no part within the plane.
-      const Eigen::Vector3d normal(support.normal[0], support.normal[1], support.normal[2]);
-      rows.push_back({point.n, true, edge.conormal, rotation, 0.0});
-      rows.push_back({normal.cross(point.n), true, edge.conormal, rotation, 0.0});
-    }
     for (const Row& row : rows) {
-      result->conditions.push_back(Place(row, edge.at.element, point, frame));
+      result->conditions.push_back(
+          Place(row, surface.control_vertices(at.element), point, frame));
     }
   }
 }
@@ -128,9 +204,9 @@ void AddNeighbourhood(const SupportSpec& support,
     std::vector<Row> rows;
     AddDisplacementRows(support,
                         EvaluateAt(support.displacement, surface, at),
-                        kStiffness * material.MembraneStiffness(),
+                        kDisplacementStiffness * material.MembraneStiffness(),
                         &rows);
-    const double rotation = kStiffness * material.BendingStiffness();
+    const double rotation = kRotationStiffness * material.BendingStiffness();
     const bool holds_normal = support.kind == SupportSpec::Kind::kClamped ||
                               support.kind == SupportSpec::Kind::kSymmetry;
     if (support.kind == SupportSpec::Kind::kClamped) {
@@ -145,7 +221,10 @@ void AddNeighbourhood(const SupportSpec& support,
       rows.push_back({point.n, true, along, rotation, 0.0});
       rows.push_back({normal.cross(point.n), true, along, rotation, 0.0});
     }
-    for (const Row& row : rows) result->conditions.push_back(Place(row, at.element, point, frame));
+    for (const Row& row : rows) {
+      result->conditions.push_back(
+          Place(row, surface.control_vertices(at.element), point, frame));
+    }
   }
 }
 
@@ -243,7 +322,7 @@ PlacedCondition PointCondition(const ShellSurface& surface,
                                const Material& material,
                                const RigidFrame& frame) {
   return Place({direction, false, {0.0, 0.0}, material.MembraneStiffness(), 0.0},
-               at.element,
+               surface.control_vertices(at.element),
                surface.MakePoint(at),
                frame);
 }
@@ -273,7 +352,7 @@ bool MakeSupportConditions(const Scene& scene,
         for (const auto& edge : surface.SidePoints(side, 1)) {  // for the rigid-motion check only
           for (int c = 0; c < 3; ++c) {
             PlacedCondition held = Place({Eigen::Vector3d::Unit(c), false, {0.0, 0.0}, 0.0, 0.0},
-                                         edge.at.element,
+                                         surface.control_vertices(edge.at.element),
                                          edge.point,
                                          frame);
             result->conditions.push_back(held);

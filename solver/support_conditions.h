@@ -14,14 +14,15 @@ namespace darboux {
 
 // One linear condition on the displacement field (costs/support.h) and where it acts.
 struct PlacedCondition {
-  int element = 0;
-  Eigen::Matrix3Xd coefficients;  // one column per control vertex of the element
+  std::vector<int> vertices;      // control vertices
+  Eigen::Matrix3Xd coefficients;  // one column per control vertex
   double stiffness = 0.0;
   double target = 0.0;  // at full load
   // Force of the reaction per unit of -stiffness * c: the direction of a displacement component,
   // zero for a rotation.
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
-  Eigen::Matrix<double, 1, 6> rigid_row;  // what a rigid motion does to it
+  // What a rigid motion does to it.
+  Eigen::Matrix<double, 1, 6> rigid_row = Eigen::Matrix<double, 1, 6>::Zero();
 };
 
 struct SupportConditions {
@@ -30,9 +31,13 @@ struct SupportConditions {
   std::vector<int> fixed_vertices;
 };
 
-// Turns the supports of a scene into conditions: at side edges one per edge and component, in
-// neighbourhoods one per lattice vertex and component (the nearest surface point where the
-// neighbourhood holds none). False and *error where a support contradicts the surface, e.g. a
+// Turns the supports of a scene into conditions. In neighbourhoods: one per lattice vertex and
+// component (the nearest surface point where the neighbourhood holds none). On sides: one per
+// lattice vertex and component, the mean of the component weighted with the hat function of the
+// vertex. That many, and no more, the three control rows next to a side can follow without
+// locking; and hats can represent the reaction, so that what the conditions leave free between the
+// vertices does work against its second-order remainder only. Values at single points (one, two or
+// three per edge) either lock or converge at first order (tests/support_conditions_test.cc). False and *error where a support contradicts the surface, e.g. a
 // mirror plane that the side does not lie in.
 bool MakeSupportConditions(const Scene& scene,
                            const ShellSurface& surface,

@@ -1,0 +1,138 @@
+#include "solver/fields.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "costs/strain_measures.h"
+#include "geometry/surface_invariants.h"
+
+namespace darboux {
+namespace {
+
+// stiffness ((1 - nu) e + nu tr(e) I) of e = (11, 22, 12).
+Eigen::Vector3d PlaneStress(double stiffness, double nu, const Eigen::Vector3d& e) {
+  return stiffness * Eigen::Vector3d(e[0] + nu * e[1], e[1] + nu * e[0], (1.0 - nu) * e[2]);
+}
+
+double Contract(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return a[0] * b[0] + a[1] * b[1] + 2.0 * a[2] * b[2];
+}
+
+double VonMises(const Eigen::Vector3d& s) {
+  // (s11 - s22)^2 + s11 s22: no cancellation, so the root's argument is never below zero.
+  const double mean = 0.5 * (s[0] + s[1]), deviation = 0.5 * (s[0] - s[1]);
+  return std::sqrt(mean * mean + 3.0 * (deviation * deviation + s[2] * s[2]));
+}
+
+}  // namespace
+
+FieldSite MakeFieldSite(const ShellSurface& surface, const ElementPoint& at) {
+  FieldSite site;
+  site.element = at.element;
+  site.point = surface.MakePoint(at);
+  site.uv = surface.Parameters(at);
+  const std::optional<SurfaceInvariants> invariants =
+      EvaluateSurfaceInvariants(surface.ParametricJet(at));
+  if (invariants) {
+    site.principal_curvatures = invariants->kappa;
+    site.principal_direction_1 = invariants->t1;
+    site.principal_direction_2 = invariants->t2;
+  } else {
+    // Parameters all but dependent, where the directions have no digits left; the mean is accurate.
+    const StrainPoint& p = site.point;
+    const double mean = 0.5 * (p.b11 + p.b22);
+    const double radius = std::hypot(0.5 * (p.b11 - p.b22), p.b12);
+    site.principal_curvatures = Eigen::Vector2d(mean + radius, mean - radius);
+    site.principal_direction_1 = p.t1;
+    site.principal_direction_2 = p.t2;
+  }
+  return site;
+}
+
+ShellFields EvaluateFields(const ShellProblem& problem,
+                           const Eigen::Matrix3Xd& displacements,
+                           const FieldSite& site) {
+  const StrainPoint& p = site.point;
+  const Material& material = problem.material();
+  const double h = material.thickness, nu = material.poisson_ratio;
+
+  // Columns WeightRow: displacement, d_1, d_2, H_11, H_12, H_22.
+  Eigen::Matrix<double, 3, 6> k = Eigen::Matrix<double, 3, 6>::Zero();
+  const std::vector<int>& vertices = problem.surface().control_vertices(site.element);
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    k += displacements.col(vertices[i]) * p.weights.col(i).transpose();
+  }
+
+  ShellFields fields;
+  fields.position = p.position;
+  fields.displacement = k.col(kRowValue);
+  const Eigen::Vector3d x1 = p.t1 + k.col(kRowD1), x2 = p.t2 + k.col(kRowD2);
+  const Eigen::Vector3d normal = x1.cross(x2);
+  const double length = normal.norm();
+  const bool has_normal = length > 0.0 && std::isfinite(length);
+  fields.normal = has_normal ? Eigen::Vector3d(normal / length) : p.n;
+
+  Eigen::Vector3d& e = fields.membrane_strain;
+  EvaluateMembraneStrain(problem.measure(), p, k.col(kRowD1).data(), e.data());
+  e[2] *= 0.5;  // The kernels' third component is 2 e_12.
+  const double mean = 0.5 * (e[0] + e[1]), radius = std::hypot(0.5 * (e[0] - e[1]), e[2]);
+  fields.principal_membrane_strain = Eigen::Vector2d(mean + radius, mean - radius);
+
+  Eigen::Vector3d& rho = fields.bending_strain;
+  if (EvaluateBendingStrain(problem.measure(), p, k.col(kRowD1).data(), rho.data())) {
+    rho[2] *= 0.5;
+  } else {
+    rho.setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+
+  fields.membrane_force = PlaneStress(material.MembraneStiffness(), nu, e);
+  fields.moment = PlaneStress(material.BendingStiffness(), nu, rho);
+  // The strain at the height z along n is e - z rho: b grows where the surface curls towards n,
+  // and what lies on that side gets shorter.
+  const Eigen::Vector3d stretching = fields.membrane_force / h;
+  const Eigen::Vector3d bending = 6.0 / (h * h) * fields.moment;
+  fields.von_mises_top = VonMises(stretching - bending);
+  fields.von_mises_bottom = VonMises(stretching + bending);
+  fields.membrane_energy_density = 0.5 * Contract(fields.membrane_force, e);
+  fields.bending_energy_density = 0.5 * Contract(fields.moment, rho);
+  return fields;
+}
+
+ShellFields EvaluateFields(const ShellProblem& problem, const ElementPoint& at) {
+  return EvaluateFields(problem, problem.displacements(), MakeFieldSite(problem.surface(), at));
+}
+
+OutputMesh MakeOutputMesh(const ShellSurface& surface) {
+  constexpr double kCorner[3][2] = {{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}};
+  OutputMesh mesh;
+  // A corner is the pair of its vertex with itself, the middle of an edge that of its two ends: the
+  // control mesh knows what a seam joins.
+  std::map<std::pair<int, int>, int> index;
+  for (int e = 0; e < surface.num_elements(); ++e) {
+    const std::array<int, 3>& triangle = surface.mesh().triangles[e];
+    const auto point = [&](int a, int b) {
+      const std::pair<int, int> key = std::minmax({triangle[a], triangle[b]});
+      const auto [it, is_new] = index.insert({key, static_cast<int>(mesh.points.size())});
+      if (is_new) {
+        mesh.points.push_back({e,
+                               0.5 * (kCorner[a][0] + kCorner[b][0]),
+                               0.5 * (kCorner[a][1] + kCorner[b][1])});
+      }
+      return it->second;
+    };
+    const int a = point(0, 0), b = point(1, 1), c = point(2, 2);
+    const int ab = point(0, 1), bc = point(1, 2), ca = point(2, 0);
+    mesh.triangles.push_back({a, ab, ca});
+    mesh.triangles.push_back({ab, b, bc});
+    mesh.triangles.push_back({ca, bc, c});
+    mesh.triangles.push_back({ab, bc, ca});
+  }
+  return mesh;
+}
+
+}  // namespace darboux
