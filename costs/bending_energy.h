@@ -23,10 +23,8 @@ struct BendingKernel {
 class BendingEnergy : public StrainEnergy<BendingKernel> {
  public:
   BendingEnergy(StrainPoints points, StrainMeasure measure, const Material& material)
-      : StrainEnergy(std::move(points),
-                     measure,
-                     material.BendingStiffness(),
-                     material.poisson_ratio) {}
+      : StrainEnergy(
+            std::move(points), measure, material.BendingStiffness(), material.poisson_ratio) {}
 };
 
 }  // namespace darboux

@@ -40,18 +40,17 @@ bool EdgeMoment::EvaluateEnergy(double const* const* displacements,
 
   bool defined = true;
   // Angle from `rest` to `deformed` about `axis`; rest is normal to the axis.
-  const auto turned = [&](const Eigen::Vector3d& axis,
-                          const Eigen::Vector3d& rest,
-                          const Vector& deformed) {
-    const Eigen::Vector3d across = axis.cross(rest);
-    const Jet sine = deformed.dot(across.cast<Jet>());
-    const Jet cosine = deformed.dot(rest.cast<Jet>());
-    if (sine.a == 0.0 && cosine.a == 0.0) {
-      defined = false;
-      return Jet(0.0);
-    }
-    return atan2(sine, cosine);
-  };
+  const auto turned =
+      [&](const Eigen::Vector3d& axis, const Eigen::Vector3d& rest, const Vector& deformed) {
+        const Eigen::Vector3d across = axis.cross(rest);
+        const Jet sine = deformed.dot(across.cast<Jet>());
+        const Jet cosine = deformed.dot(rest.cast<Jet>());
+        if (sine.a == 0.0 && cosine.a == 0.0) {
+          defined = false;
+          return Jet(0.0);
+        }
+        return atan2(sine, cosine);
+      };
   Jet work(0.0);
   // A component of the moment that is exactly or by rounding zero asks for no angle.
   const double negligible = 1e-14 * moment_.norm();

@@ -75,8 +75,7 @@ Eigen::Matrix3Xd FollowerPressure::ExactForce(double const* const* displacements
   Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, parameter_block_sizes().size());
   for (size_t q = 0; q < points_->size(); ++q) {
     const StrainPoint& point = (*points_)[q];
-    const Eigen::Vector3d normal =
-        point.n + NormalChange(point, Inputs(point, displacements));
+    const Eigen::Vector3d normal = point.n + NormalChange(point, Inputs(point, displacements));
     force += (*factor_ * pressure_[q] * point.area) * normal * point.weights.row(kRowValue);
   }
   return force;

@@ -14,7 +14,8 @@ namespace darboux {
 // Parameters: the displacement of the control vertex (3).
 class LoadWork : public Potential {
  public:
-  // `force` (3) is read at every evaluation and may change between solves; it must outlive the block.
+  // `force` (3) is read at every evaluation and may change between solves; it must outlive the
+  // block.
   LoadWork(const double* force, double s) : Potential(s), force_(force) {
     mutable_parameter_block_sizes()->push_back(3);
   }

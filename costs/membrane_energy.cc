@@ -9,10 +9,8 @@ MembraneEnergy::MembraneEnergy(StrainPoints points,
                                StrainMeasure measure,
                                const Material& material,
                                bool tension_rows)
-    : StrainEnergy(std::move(points),
-                   measure,
-                   material.MembraneStiffness(),
-                   material.poisson_ratio),
+    : StrainEnergy(
+          std::move(points), measure, material.MembraneStiffness(), material.poisson_ratio),
       tension_rows_(tension_rows && !IsLinear(measure)) {
   if (tension_rows_) {
     set_num_residuals((3 + kTensionRows) * static_cast<int>(points_->size()));
@@ -42,12 +40,12 @@ bool MembraneEnergy::Evaluate(double const* const* displacements,
                                     {-std::sin(angle), std::cos(angle)}};
     for (int i = 0; i < point.weights.cols(); ++i) {
       if (jacobians[i] == nullptr) continue;
-      Eigen::Map<Eigen::Matrix<double, kTensionRows, 3, Eigen::RowMajor>> rows(
-          jacobians[i] + 3 * (kRows * q + 3));
+      Eigen::Map<Eigen::Matrix<double, kTensionRows, 3, Eigen::RowMajor>> rows(jacobians[i] +
+                                                                               3 * (kRows * q + 3));
       for (int a = 0; a < 2; ++a) {
-        const double factor = std::sqrt(std::max(principal[a], 0.0)) *
-                              (direction[a][0] * point.weights(kRowD1, i) +
-                               direction[a][1] * point.weights(kRowD2, i));
+        const double factor =
+            std::sqrt(std::max(principal[a], 0.0)) * (direction[a][0] * point.weights(kRowD1, i) +
+                                                      direction[a][1] * point.weights(kRowD2, i));
         rows.middleRows<3>(3 * a) = factor * Eigen::Matrix3d::Identity();
       }
     }

@@ -13,9 +13,9 @@ namespace darboux {
 //
 // The block has the constant residual r = s and the Jacobian dU/dx / s, and a LossFunction of its
 // own that returns rho = {2 U, 1, 0}. Ceres takes rho[0] / 2 = U as the cost and, as rho' = 1 and
-// rho'' = 0, leaves r and J alone: the gradient J^T r is dU/dx exactly, and J^T J = (dU/dx)(dU/dx)^T
-// / s^2 is as small as s is large. s only has to keep that curvature far below the stiffness of
-// the shell; results do not depend on it over many orders of magnitude.
+// rho'' = 0, leaves r and J alone: the gradient J^T r is dU/dx exactly, and J^T J =
+// (dU/dx)(dU/dx)^T / s^2 is as small as s is large. s only has to keep that curvature far below the
+// stiffness of the shell; results do not depend on it over many orders of magnitude.
 //
 // Ceres evaluates cost and loss of a block back to back in one thread; the pair shares the energy
 // through energy_. Never share the loss between blocks.
@@ -29,9 +29,7 @@ class Potential : public ceres::CostFunction {
                                       Potential* potential,
                                       const std::vector<double*>& parameters);
 
-  bool Evaluate(double const* const* parameters,
-                double* residuals,
-                double** jacobians) const final;
+  bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const final;
 
  protected:
   // U and, where gradients != nullptr and gradients[i] != nullptr, dU/d(parameter block i).

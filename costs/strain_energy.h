@@ -39,7 +39,7 @@ class StrainEnergy : public ceres::CostFunction {
  public:
   StrainEnergy(StrainPoints points, StrainMeasure measure, double stiffness, double poisson_ratio)
       : points_(std::move(points)), measure_(measure), stiffness_(stiffness) {
-    factor_ << 1.0, poisson_ratio, 0.0,  //
+    factor_ << 1.0, poisson_ratio, 0.0,                            //
         0.0, std::sqrt(1.0 - poisson_ratio * poisson_ratio), 0.0,  //
         0.0, 0.0, std::sqrt(0.5 * (1.0 - poisson_ratio));
     const int num_vertices = static_cast<int>(points_->front().weights.cols());

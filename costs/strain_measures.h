@@ -32,8 +32,7 @@ constexpr int kBendingInputs = 15;
 // Views of the fifteen numbers.
 template <typename T>
 struct Kinematics {
-  explicit Kinematics(const T* k)
-      : d1(k), d2(k + 3), h11(k + 6), h12(k + 9), h22(k + 12) {}
+  explicit Kinematics(const T* k) : d1(k), d2(k + 3), h11(k + 6), h12(k + 9), h22(k + 12) {}
   Eigen::Map<const Eigen::Matrix<T, 3, 1>> d1, d2, h11, h12, h22;
 };
 
@@ -79,7 +78,7 @@ void EvaluateMembraneStrain(StrainMeasure measure, const StrainPoint& p, const T
 // rigid rotation rho_11 = -kappa_1 eps_1 and so on, and near rest rho_ij tends to kLinearSeed's
 // plus b_ij (eps_1 + eps_2), not to kLinearSeed's.
 //
-// Returns false where x_1 x x_2 vanishes, where no normal is defined (kKoiter).
+// Returns false where x_1 x x_2 vanishes up to rounding, where no normal is defined (kKoiter).
 template <typename T>
 bool EvaluateBendingStrain(StrainMeasure measure, const StrainPoint& p, const T* kinematics, T* e) {
   using internal::DotRest;
@@ -104,23 +103,23 @@ bool EvaluateBendingStrain(StrainMeasure measure, const StrainPoint& p, const T*
   const Vector d1 = k.d1, d2 = k.d2;
   const Vector m = t1.cross(d2) + d1.cross(t2) + d1.cross(d2);
   const T mn = m.dot(n);
+  const Vector big_n = n + m;
   if (measure == StrainMeasure::kNonlinearSeed) {
-    const Vector big_n = n + m;
     e[0] = k.h11.dot(big_n) + p.b11 * mn;
     e[1] = k.h22.dot(big_n) + p.b22 * mn;
     e[2] = 2.0 * (k.h12.dot(big_n) + p.b12 * mn);
     add_seed_terms();
     return true;
   }
-  const T mm = m.dot(m);
-  const T squared = 1.0 + 2.0 * mn + mm;
-  if (!(squared > 0.0)) return false;
+  // Not 1 + 2 mn + mm, which is all rounding where x_1 x x_2 is short.
+  const T squared = big_n.dot(big_n);
+  if (!(squared > 1e-28)) return false;  // A direction needs more than the last two digits of N.
   using std::sqrt;
   const T length = sqrt(squared);
   const T inverse = 1.0 / length;
-  const Vector normal = (n + m) * inverse;
+  const Vector normal = big_n * inverse;
   // n.n' - 1 without cancellation.
-  const T turn = (mn * (length - 1.0) - mm) * inverse / (length + 1.0);
+  const T turn = (mn * (length - 1.0) - m.dot(m)) * inverse / (length + 1.0);
   e[0] = k.h11.dot(normal) + p.b11 * turn;
   e[1] = k.h22.dot(normal) + p.b22 * turn;
   e[2] = 2.0 * (k.h12.dot(normal) + p.b12 * turn);

@@ -26,8 +26,7 @@ bool Support::Evaluate(double const* const* displacements,
       const Eigen::Map<const Eigen::Vector3d> u(displacements[i]);
       c += condition.coefficients.col(i).dot(u);
       if (jacobians != nullptr && jacobians[i] != nullptr) {
-        Eigen::Map<Eigen::Vector3d>(jacobians[i] + 3 * row) =
-            scale * condition.coefficients.col(i);
+        Eigen::Map<Eigen::Vector3d>(jacobians[i] + 3 * row) = scale * condition.coefficients.col(i);
       }
     }
     residuals[row] = scale * c;

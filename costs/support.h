@@ -23,8 +23,8 @@ namespace darboux {
 class Support : public ceres::CostFunction {
  public:
   struct Condition {
-    Eigen::Matrix3Xd coefficients;  // column i: a_i
-    double stiffness = 0.0;         // k, > 0
+    Eigen::Matrix3Xd coefficients;   // column i: a_i
+    double stiffness = 0.0;          // k, > 0
     const double* target = nullptr;  // read at every evaluation; null = 0. Must outlive the block.
   };
 

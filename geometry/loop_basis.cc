@@ -7,6 +7,7 @@
 #include <opensubdiv/far/topologyRefinerFactory.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace darboux {
 namespace {
@@ -25,10 +26,21 @@ using Quartic = std::vector<Monomial>;
 Quartic CornerPolynomial(int own, int next, int last) {
   // 6u^4 + 24u^3(v+w) + 24u^2(v^2+w^2) + 60u^2vw + 8u(v^3+w^3) + 36uvw(v+w) + v^4 + w^4
   //   + 6vw(v^2+w^2) + 12v^2w^2
-  const int terms[][4] = {{6, 4, 0, 0},  {24, 3, 1, 0}, {24, 3, 0, 1}, {24, 2, 2, 0},
-                          {24, 2, 0, 2}, {60, 2, 1, 1}, {8, 1, 3, 0},  {8, 1, 0, 3},
-                          {36, 1, 2, 1}, {36, 1, 1, 2}, {1, 0, 4, 0},  {1, 0, 0, 4},
-                          {6, 0, 3, 1},  {6, 0, 1, 3},  {12, 0, 2, 2}};
+  const int terms[][4] = {{6, 4, 0, 0},
+                          {24, 3, 1, 0},
+                          {24, 3, 0, 1},
+                          {24, 2, 2, 0},
+                          {24, 2, 0, 2},
+                          {60, 2, 1, 1},
+                          {8, 1, 3, 0},
+                          {8, 1, 0, 3},
+                          {36, 1, 2, 1},
+                          {36, 1, 1, 2},
+                          {1, 0, 4, 0},
+                          {1, 0, 0, 4},
+                          {6, 0, 3, 1},
+                          {6, 0, 1, 3},
+                          {12, 0, 2, 2}};
   Quartic q;
   for (const auto& term : terms) {
     int e[3];
@@ -269,6 +281,24 @@ BasisMatrix LoopBasis::Evaluate(int element, double s, double t) const {
                                                 stencil.col(kDss).data(),
                                                 stencil.col(kDst).data(),
                                                 stencil.col(kDtt).data());
+  // OpenSubdiv's EvaluatePatchBasis (seen in 3.5.0) gives second derivatives the wrong sign on the
+  // middle triangles of its splits, which lie rotated in the element: it applies the sign of the
+  // rotation three times. First derivatives are right everywhere, so their change over a small step
+  // into the element tells the sign, whichever way the library has it.
+  const double to_corner[3] = {std::hypot(s, t), std::hypot(1.0 - s, t), std::hypot(s, 1.0 - t)};
+  const auto nearest = std::min_element(to_corner, to_corner + 3) - to_corner;
+  const auto farthest = std::max_element(to_corner, to_corner + 3) - to_corner;
+  const double step = 1e-3 * to_corner[nearest] / to_corner[farthest];
+  const Eigen::Vector2d d(step * ((farthest == 1 ? 1.0 : 0.0) - s),
+                          step * ((farthest == 2 ? 1.0 : 0.0) - t));
+  const double moved_st[2] = {s + d.x(), t + d.y()};
+  Eigen::Matrix<double, Eigen::Dynamic, 3> moved(n, 3);
+  irregular_->surface[element]->EvaluateStencil(
+      moved_st, moved.col(kValue).data(), moved.col(kDs).data(), moved.col(kDt).data());
+  const double agreement =
+      (moved.col(kDs) - stencil.col(kDs)).dot(stencil.middleCols<2>(kDss) * d) +
+      (moved.col(kDt) - stencil.col(kDt)).dot(stencil.middleCols<2>(kDst) * d);
+  if (agreement < 0.0) stencil.rightCols<3>() *= -1.0;
   return stencil.transpose();
 }
 

@@ -37,9 +37,7 @@ class LoopBasis {
 
   int num_elements() const { return static_cast<int>(control_vertices_.size()); }
   bool IsRegular(int element) const { return regular_[element]; }
-  const std::vector<int>& control_vertices(int element) const {
-    return control_vertices_[element];
-  }
+  const std::vector<int>& control_vertices(int element) const { return control_vertices_[element]; }
 
   // s, t >= 0, s + t <= 1. At an extraordinary vertex second derivatives do not exist: callers
   // stay away from it.

@@ -36,7 +36,7 @@ class ParameterDomain {
     std::array<double, 2> u_range{0.0, 1.0};  // ascending
     std::array<double, 2> v_range{0.0, 1.0};
     std::array<int, 2> divisions{1, 1};  // >= 1; >= 4 in a periodic direction, where
-                                              // an element must not meet itself
+                                         // an element must not meet itself
     std::array<bool, 2> periodic{false, false};
     std::array<double, 2> grading{0.0, 0.0};  // in (-1, 1); 0 in a periodic direction
   };

@@ -1,10 +1,10 @@
 #include "geometry/strain_point.h"
 
+#include <glog/logging.h>
+
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
-
-#include <glog/logging.h>
 
 namespace darboux {
 

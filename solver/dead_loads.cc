@@ -87,10 +87,8 @@ DeadLoads AssembleDeadLoads(const Scene& scene,
       case LoadSpec::Kind::kLine:
         for (const auto& p :
              surface.ParameterLinePoints(load.line_parameter, load.line_value, kEdgePoints)) {
-          assembler.AddForce(p.at.element,
-                             p.point,
-                             p.point.area * EvaluateAt(load.force, surface, p.at),
-                             true);
+          assembler.AddForce(
+              p.at.element, p.point, p.point.area * EvaluateAt(load.force, surface, p.at), true);
         }
         break;
       default:
@@ -121,9 +119,8 @@ DeadLoads AssembleDeadLoads(const Scene& scene,
             dead += EvaluateAt(load->force, surface, at);
             break;
           case LoadSpec::Kind::kGravity:
-            dead += mass * Eigen::Vector3d(load->acceleration[0],
-                                           load->acceleration[1],
-                                           load->acceleration[2]);
+            dead += mass * Eigen::Vector3d(
+                               load->acceleration[0], load->acceleration[1], load->acceleration[2]);
             break;
           default:
             break;

@@ -119,9 +119,8 @@ OutputMesh MakeOutputMesh(const ShellSurface& surface) {
       const std::pair<int, int> key = std::minmax({triangle[a], triangle[b]});
       const auto [it, is_new] = index.insert({key, static_cast<int>(mesh.points.size())});
       if (is_new) {
-        mesh.points.push_back({e,
-                               0.5 * (kCorner[a][0] + kCorner[b][0]),
-                               0.5 * (kCorner[a][1] + kCorner[b][1])});
+        mesh.points.push_back(
+            {e, 0.5 * (kCorner[a][0] + kCorner[b][0]), 0.5 * (kCorner[a][1] + kCorner[b][1])});
       }
       return it->second;
     };

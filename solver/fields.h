@@ -20,7 +20,7 @@ namespace darboux {
 // The part of a point's fields that no displacement changes; made once per point, for all steps.
 struct FieldSite {
   int element = 0;
-  StrainPoint point;                     // rest position, frame, curvatures, weights
+  StrainPoint point;  // rest position, frame, curvatures, weights
   std::array<double, 2> uv{};
   Eigen::Vector2d principal_curvatures;  // kappa_1 >= kappa_2 of the rest surface, 1/m
   // Unit tangents of the lines of curvature; at an umbilic, where every tangent is one, t1 and t2.
@@ -39,7 +39,8 @@ struct ShellFields {
   // rho_ij, 1/m: positive where the curvature towards n grows. NaN where the deformed surface has
   // no normal, and with it everything below that bending enters into.
   Eigen::Vector3d bending_strain;
-  Eigen::Vector3d membrane_force;  // n_ij = E h / (1 - nu^2) ((1 - nu) e_ij + nu e_kk delta_ij), N/m
+  Eigen::Vector3d
+      membrane_force;  // n_ij = E h / (1 - nu^2) ((1 - nu) e_ij + nu e_kk delta_ij), N/m
   // m_ij = D ((1 - nu) rho_ij + nu rho_kk delta_ij), D = E h^3 / (12 (1 - nu^2)), N m/m. A positive
   // moment compresses the top face.
   Eigen::Vector3d moment;

@@ -98,8 +98,7 @@ std::vector<std::string> NameMotions(const Eigen::MatrixXd& motions, const Rigid
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rest);
   const int k = static_cast<int>(motions.cols() - translations.cols());
   if (k == 0) return names;
-  const Eigen::MatrixXd range =
-      Eigen::MatrixXd(qr.householderQ()).leftCols(k);
+  const Eigen::MatrixXd range = Eigen::MatrixXd(qr.householderQ()).leftCols(k);
   Eigen::MatrixXd turned(6, k);
   turned << range.bottomRows<3>(), range.topRows<3>();
   const Eigen::MatrixXd rotations = ReducedColumns(turned);

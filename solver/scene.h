@@ -19,8 +19,8 @@ namespace darboux {
 // the surface, a rigid motion that no support removes).
 struct SceneLocation {
   std::string file;
-  int line = 0;      // 1-based; 0 where the scene was not read from a file.
-  std::string key;   // e.g. "loads[2].at.uv"
+  int line = 0;     // 1-based; 0 where the scene was not read from a file.
+  std::string key;  // e.g. "loads[2].at.uv"
 };
 
 // A number, or a formula of u, v (parametric kinds) and of the rest coordinates x, y, z. The
@@ -101,14 +101,14 @@ struct LoadSpec {
     kGravity          // acceleration; needs a density
   };
   Kind kind = Kind::kPoint;
-  SurfacePoint at;        // kPoint
-  SceneVector force;      // kPoint (constant), kTraction, kEdge, kLine
-  SceneVector moment;     // kEdge
-  SceneValue value;       // kPressure, kNormalTraction
-  bool follower = true;   // kPressure
-  Region on;              // kEdge: a side or the rim
-  int line_parameter = 0;     // kLine: 0 for u = line_value, 1 for v = line_value
-  double line_value = 0.0;    // kLine
+  SurfacePoint at;                       // kPoint
+  SceneVector force;                     // kPoint (constant), kTraction, kEdge, kLine
+  SceneVector moment;                    // kEdge
+  SceneValue value;                      // kPressure, kNormalTraction
+  bool follower = true;                  // kPressure
+  Region on;                             // kEdge: a side or the rim
+  int line_parameter = 0;                // kLine: 0 for u = line_value, 1 for v = line_value
+  double line_value = 0.0;               // kLine
   std::array<double, 3> acceleration{};  // kGravity
   SceneLocation location;
 };

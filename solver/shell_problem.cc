@@ -99,7 +99,9 @@ const char* ToString(Effect effect) {
 }
 
 ShellProblem::ShellProblem(const Scene& scene, const Options& options)
-    : scene_(scene), options_(options), measure_(MeasureOf(scene.model.strains, options.nonlinear)) {
+    : scene_(scene),
+      options_(options),
+      measure_(MeasureOf(scene.model.strains, options.nonlinear)) {
   material_.thickness = scene.shell.thickness;
   material_.young_modulus = scene.shell.young_modulus;
   material_.poisson_ratio = scene.shell.poisson_ratio;
@@ -186,7 +188,8 @@ void ShellProblem::ChooseUnknowns() {
   const double largest = force.size() > 0 ? force.cwiseAbs().maxCoeff() : 0.0;
   const Eigen::RowVectorXd transverse = plate_normal_.transpose() * force;
   const Eigen::Matrix3Xd in_plane = force - plate_normal_ * transverse;
-  bool drives_normal = transverse.size() > 0 && transverse.cwiseAbs().maxCoeff() > kRounding * largest;
+  bool drives_normal =
+      transverse.size() > 0 && transverse.cwiseAbs().maxCoeff() > kRounding * largest;
   bool drives_plane = in_plane.size() > 0 && in_plane.cwiseAbs().maxCoeff() > kRounding * largest;
   bool mixes = false;
   for (const PlacedCondition& c : supports_.conditions) {
@@ -243,12 +246,14 @@ bool ShellProblem::HoldRigidMotions(std::string* error) {
   constexpr double kBalance = 1e-6;
   const Eigen::VectorXd work = motions.transpose() * dead_loads_.rigid_work;
   if (work.norm() > kBalance * dead_loads_.rigid_scale) {
-    *error = scene_.surface.location.file + ": supports: found nothing that holds the shell against ";
+    *error =
+        scene_.surface.location.file + ": supports: found nothing that holds the shell against ";
     for (size_t i = 0; i < free_motions_.size(); ++i) {
       *error += (i == 0 ? "" : "; ") + free_motions_[i];
     }
-    *error += ", while the loads drive it; allowed are supports that remove these motions, or "
-              "loads in balance on them";
+    *error +=
+        ", while the loads drive it; allowed are supports that remove these motions, or "
+        "loads in balance on them";
     return false;
   }
 
@@ -366,10 +371,10 @@ void ShellProblem::AddSupports() {
       }
       if (together.empty()) continue;
       const int residuals = static_cast<int>(together.size());
-      Record(Effect::kSupports,
-             problem_->AddResidualBlock(
-                 new Support(std::move(together)), nullptr, Blocks(vertices)),
-             residuals);
+      Record(
+          Effect::kSupports,
+          problem_->AddResidualBlock(new Support(std::move(together)), nullptr, Blocks(vertices)),
+          residuals);
     }
   };
   add(supports_.conditions);
@@ -418,7 +423,8 @@ void ShellProblem::AddLoads() {
     if (support.kind != SupportSpec::Kind::kSymmetry) continue;
     const Eigen::Vector3d normal(support.normal[0], support.normal[1], support.normal[2]);
     for (const Side side : SidesOf(support.on, *surface_)) {
-      const Eigen::Vector3d x = surface_->SidePoints(side, 1).front().point.position - frame_.center;
+      const Eigen::Vector3d x =
+          surface_->SidePoints(side, 1).front().point.position - frame_.center;
       normal_sum += normal * normal.transpose();
       right += normal * normal.dot(x);
     }
@@ -438,7 +444,9 @@ void ShellProblem::AddLoads() {
         if (total == 0.0) continue;
         auto* cost = new FollowerPressure(
             points_[e], std::move(pressure), origin, &load_factor_, scale(total));
-        Record(Effect::kLoads, Potential::AddTo(problem_.get(), cost, Blocks(surface_->control_vertices(e))), 1);
+        Record(Effect::kLoads,
+               Potential::AddTo(problem_.get(), cost, Blocks(surface_->control_vertices(e))),
+               1);
         followers_.push_back({e, cost});
       }
     } else if (load.kind == LoadSpec::Kind::kEdge) {
@@ -447,13 +455,11 @@ void ShellProblem::AddLoads() {
           const Eigen::Vector3d moment = EvaluateAt(load.moment, *surface_, edge.at);
           if (moment.isZero(0.0)) continue;
           Record(Effect::kLoads,
-                 Potential::AddTo(problem_.get(),
-                                  new EdgeMoment(edge.point,
-                                                 edge.tangent,
-                                                 moment,
-                                                 &load_factor_,
-                                                 scale(moment.norm())),
-                                  Blocks(surface_->control_vertices(edge.at.element))),
+                 Potential::AddTo(
+                     problem_.get(),
+                     new EdgeMoment(
+                         edge.point, edge.tangent, moment, &load_factor_, scale(moment.norm())),
+                     Blocks(surface_->control_vertices(edge.at.element))),
                  1);
         }
       }
@@ -528,8 +534,7 @@ double ShellProblem::Energy(Effect effect) {
   return cost;
 }
 
-Eigen::Matrix3Xd ShellProblem::EvaluateGradient(
-    const std::vector<ceres::ResidualBlockId>* blocks) {
+Eigen::Matrix3Xd ShellProblem::EvaluateGradient(const std::vector<ceres::ResidualBlockId>* blocks) {
   ceres::Problem::EvaluateOptions options;
   std::vector<int> vertices;
   for (int i = 0; i < displacements_.cols(); ++i) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <random>
 #include <sstream>
 
 namespace darboux {
@@ -42,8 +43,7 @@ class StopCallback : public ceres::IterationCallback {
 };
 
 ceres::SparseLinearAlgebraLibraryType BackendOf(SparseBackend backend) {
-  const bool suite_sparse =
-      ceres::IsSparseLinearAlgebraLibraryTypeAvailable(ceres::SUITE_SPARSE);
+  const bool suite_sparse = ceres::IsSparseLinearAlgebraLibraryTypeAvailable(ceres::SUITE_SPARSE);
   if (backend == SparseBackend::kEigen || !suite_sparse) return ceres::EIGEN_SPARSE;
   return ceres::SUITE_SPARSE;
 }
@@ -79,13 +79,29 @@ Equilibrium CheckEquilibrium(ShellProblem* problem) {
   return result;
 }
 
+// Relative change of the gradient when every unknown moves by one unit of rounding: no state in
+// double can be told from equilibrium below it. Matters for supports and membranes that are stiff
+// against a large displacement.
+double RoundingFloor(ShellProblem* problem, double reference) {
+  std::mt19937 generator(20417);
+  const Eigen::Matrix3Xd state = problem->displacements();
+  const Eigen::Matrix3Xd gradient = problem->Gradient();
+  problem->displacements() = state.unaryExpr([&](double x) {
+    const double unit = std::numeric_limits<double>::epsilon();
+    return (generator() & 1) != 0 ? x * (1.0 + unit) : x * (1.0 - unit);
+  });
+  const double change = (problem->Gradient() - gradient).norm();
+  problem->displacements() = state;
+  return reference > 0.0 ? change / reference : 0.0;
+}
+
 double MaxDisplacement(const ShellProblem& problem) {
   double largest = 0.0;
   for (const int corner : {0, 1, 2}) {
     for (int e = 0; e < problem.surface().num_elements(); e += 1) {
       const auto& vertices = problem.surface().control_vertices(e);
-      const StrainPoint& p =
-          (*problem.strain_points()[e])[std::min<size_t>(corner, problem.strain_points()[e]->size() - 1)];
+      const StrainPoint& p = (*problem.strain_points()[e])[std::min<size_t>(
+          corner, problem.strain_points()[e]->size() - 1)];
       Eigen::Vector3d u = Eigen::Vector3d::Zero();
       for (size_t i = 0; i < vertices.size(); ++i) {
         u += p.weights(kRowValue, i) * problem.displacements().col(vertices[i]);
@@ -168,8 +184,64 @@ bool SolveLinear(ShellProblem* problem,
     previous = equilibrium->relative_gradient;
     if (deadline.Stopped() || deadline.TimedOut()) break;
   }
-  *message = "rounding keeps the gradient above the tolerance";
-  return equilibrium->relative_gradient <= options.gradient_tolerance;
+  std::ostringstream text;
+  const double floor = RoundingFloor(problem, equilibrium->reference);
+  text << "relative gradient " << equilibrium->relative_gradient
+       << "; one rounding of the unknowns changes it by " << floor;
+  *message = text.str();
+  return equilibrium->relative_gradient <= 2.0 * floor;
+}
+
+// Large: steps are Newton's as long as they go down. Ceres' damping is relative to the diagonal of
+// J^T J, which the support springs dominate at the rim, so a small radius holds the rim alone and
+// is left only by factors of three an iteration.
+constexpr double kInitialRadius = 1e10;
+
+// Moves the problem to the lowest energy among multiples of the linear solution. A stretched plate
+// lies far below the linear theory (w = 2 h where it says 7 h): from here Newton's steps go down at
+// once, from rest the first one overshoots and all damping has to be found by failing.
+double StartFromLinear(const Eigen::Matrix3Xd& linear, ShellProblem* problem) {
+  const auto energy = [&](double factor) {
+    problem->displacements() = factor * linear;
+    double total = std::numeric_limits<double>::infinity();
+    if (!problem->problem()->Evaluate({}, &total, nullptr, nullptr, nullptr)) {
+      total = std::numeric_limits<double>::infinity();
+    }
+    return total;
+  };
+  // Golden section on [0, 1]: the energy falls at 0 and is convex in most cases; where it is not,
+  // any lower point will do.
+  const double ratio = 0.5 * (std::sqrt(5.0) - 1.0);
+  double low = 0.0, high = 1.0;
+  double a = high - ratio * (high - low), b = low + ratio * (high - low);
+  double at_a = energy(a), at_b = energy(b);
+  double best = 1.0, best_energy = energy(1.0);
+  for (int i = 0; i < 16; ++i) {
+    if (at_a < best_energy) {
+      best = a;
+      best_energy = at_a;
+    }
+    if (at_b < best_energy) {
+      best = b;
+      best_energy = at_b;
+    }
+    if (at_a < at_b) {
+      high = b;
+      b = a;
+      at_b = at_a;
+      a = high - ratio * (high - low);
+      at_a = energy(a);
+    } else {
+      low = a;
+      a = b;
+      at_a = at_b;
+      b = low + ratio * (high - low);
+      at_b = energy(b);
+    }
+  }
+  if (!(best_energy < energy(0.0))) best = 0.0;
+  problem->displacements() = best * linear;
+  return best;
 }
 
 // Levenberg-Marquardt at the problem's present load factor, from its present state.
@@ -182,14 +254,14 @@ bool SolveNonlinear(ShellProblem* problem,
   *iterations = 0;
   constexpr int kMaxCorrections = 50;
   for (int correction = 0; correction < kMaxCorrections; ++correction) {
-    double change = problem->NeedsCorrection() ? problem->UpdateCorrection() : 0.0;
+    if (problem->NeedsCorrection()) problem->UpdateCorrection();
     *equilibrium = CheckEquilibrium(problem);
     if (equilibrium->reference == 0.0 ||
         (correction > 0 && equilibrium->relative_gradient <= options.gradient_tolerance)) {
       return true;
     }
     ceres::Solver::Options ceres_options = CeresOptions(options);
-    ceres_options.initial_trust_region_radius = 1e4;
+    ceres_options.initial_trust_region_radius = kInitialRadius;
     ceres_options.max_num_iterations = options.max_iterations - *iterations;
     ceres_options.max_solver_time_in_seconds = deadline.Remaining();
     // Ceres' norm is the largest component; the test below is on the Euclidean norm.
@@ -210,7 +282,8 @@ bool SolveNonlinear(ShellProblem* problem,
       *message = "the minimiser failed: " + ceres_summary.message;
       return false;
     }
-    if (equilibrium->relative_gradient > options.gradient_tolerance) {
+    if (equilibrium->relative_gradient > options.gradient_tolerance &&
+        equilibrium->relative_gradient > 2.0 * RoundingFloor(problem, equilibrium->reference)) {
       std::ostringstream text;
       text << "relative gradient " << equilibrium->relative_gradient << " after " << *iterations
            << " iterations";
@@ -218,7 +291,6 @@ bool SolveNonlinear(ShellProblem* problem,
       return false;
     }
     if (!problem->NeedsCorrection()) return true;
-    (void)change;
   }
   *message = "the forces that follow the deformation did not settle";
   return false;
@@ -244,8 +316,7 @@ double EstimateNonlinearity(const ShellProblem& linear) {
     for (const StrainPoint& p : *linear.strain_points()[e]) {
       Eigen::Matrix<double, 3, 5> k = Eigen::Matrix<double, 3, 5>::Zero();
       for (size_t i = 0; i < vertices.size(); ++i) {
-        k += linear.displacements().col(vertices[i]) *
-             p.weights.col(i).tail<5>().transpose();
+        k += linear.displacements().col(vertices[i]) * p.weights.col(i).tail<5>().transpose();
       }
       Eigen::Vector3d e0, e1, z0, z1;
       EvaluateMembraneStrain(linear.measure(), p, k.data(), e0.data());
@@ -404,7 +475,7 @@ bool Solve(const Scene& scene,
   const Deadline deadline{start, options.time_limit_s, options.stop};
   const auto terminate = [&](bool converged, const std::string& message) {
     using Termination = SolverSummary::Termination;
-    summary->termination = converged            ? Termination::kConverged
+    summary->termination = converged             ? Termination::kConverged
                            : deadline.Stopped()  ? Termination::kStopped
                            : deadline.TimedOut() ? Termination::kTimeLimit
                                                  : Termination::kNotConverged;
@@ -416,27 +487,29 @@ bool Solve(const Scene& scene,
   Equilibrium equilibrium;
   bool converged = false;
 
-  if (theory != Theory::kNonlinear) {
-    ShellProblem::Options problem_options;
-    *problem = ShellProblem::Create(scene, problem_options, error);
-    if (*problem == nullptr) return false;
+  // The linear theory comes first in any case: it is the answer, or the estimate that asks for the
+  // nonlinear theory, or the start of its iteration.
+  *problem = ShellProblem::Create(scene, ShellProblem::Options(), error);
+  if (*problem == nullptr) return false;
+  summary->setup_s = Since(start);
+  int linear_iterations = 0;
+  {
     ShellProblem* linear = problem->get();
-    summary->setup_s = Since(start);
-    int iterations = 0;
-    converged = SolveLinear(linear, options, deadline, &iterations, &equilibrium, &message);
+    converged = SolveLinear(linear, options, deadline, &linear_iterations, &equilibrium, &message);
     summary->solve_s = Since(start) - summary->setup_s;
     summary->theory_reason = "asked for by the scene";
-    if (theory == Theory::kAuto && converged) {
+    if (theory == Theory::kAuto) {
       const double tolerance = scene.model.accuracy.value_or(options.theory_tolerance);
       summary->nonlinearity_estimate = EstimateNonlinearity(*linear);
+      const bool needed = summary->nonlinearity_estimate > tolerance;
       std::ostringstream reason;
       reason << "chosen: what the linear theory leaves out is estimated at "
              << summary->nonlinearity_estimate << " of the energy, "
-             << (summary->nonlinearity_estimate > tolerance ? "above " : "within ") << tolerance;
+             << (needed ? "above " : "within ") << tolerance;
       summary->theory_reason = reason.str();
-      theory = summary->nonlinearity_estimate > tolerance ? Theory::kNonlinear : Theory::kLinear;
+      theory = converged && needed ? Theory::kNonlinear : Theory::kLinear;
     }
-    if (theory != Theory::kNonlinear) {
+    if (theory == Theory::kLinear) {
       // The answer of the linear theory is proportional to the load.
       const Eigen::Matrix3Xd full = linear->displacements();
       for (int step = 1; step <= scene.steps; ++step) {
@@ -445,7 +518,7 @@ bool Solve(const Scene& scene,
         linear->SetLoadFactor(factor);
         RecordStep(linear,
                    factor,
-                   step == 1 ? iterations : 0,
+                   step == 1 ? linear_iterations : 0,
                    converged,
                    equilibrium.relative_gradient,
                    options,
@@ -456,9 +529,8 @@ bool Solve(const Scene& scene,
       Finish(linear, options, equilibrium, summary);
       return true;
     }
-  } else {
-    summary->theory_reason = "asked for by the scene";
   }
+  const Eigen::Matrix3Xd linear_solution = (*problem)->displacements();
 
   const double before = Since(start);
   ShellProblem::Options problem_options;
@@ -472,13 +544,20 @@ bool Solve(const Scene& scene,
   double good_factor = 0.0;
   for (int step = 1; step <= scene.steps; ++step) {
     const double target = static_cast<double>(step) / scene.steps;
-    int iterations = 0;
+    int iterations = step == 1 ? linear_iterations : 0;
     // Straight to the asked load; where that fails, in 5, then 20 parts from the last good state.
     for (const int parts : {1, 5, 20}) {
       nonlinear->displacements() = good;
       converged = true;
       for (int part = 1; part <= parts && converged; ++part) {
-        nonlinear->SetLoadFactor(good_factor + (target - good_factor) * part / parts);
+        const double factor = good_factor + (target - good_factor) * part / parts;
+        nonlinear->SetLoadFactor(factor);
+        if (good_factor == 0.0 && part == 1) {
+          const double multiple = StartFromLinear(factor * linear_solution, nonlinear);
+          std::ostringstream decision;
+          decision << "start: " << multiple << " of the linear solution at load factor " << factor;
+          summary->decisions.push_back(decision.str());
+        }
         int used = 0;
         converged = SolveNonlinear(nonlinear, options, deadline, &used, &equilibrium, &message);
         iterations += used;

@@ -57,7 +57,7 @@ struct EffectSummary {
 
 struct ProbeSummary {
   std::string name;
-  Eigen::Vector3d position;      // rest position of the surface point
+  Eigen::Vector3d position;  // rest position of the surface point
   Eigen::Vector3d displacement;
 };
 

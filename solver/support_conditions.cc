@@ -10,13 +10,11 @@
 namespace darboux {
 namespace {
 
-// Support springs relative to the shell's own stiffness over one element, E h / (1 - nu^2) for
-// displacements and D for rotations. What they give way falls like 1 / stiffness; the digits that
-// their forces lose, eps * stiffness * displacement, grow with it, more so for displacements
-// because the membrane is the stiffer part. Measured flat over two decades to either side
-// (tests/support_conditions_test.cc).
-constexpr double kDisplacementStiffness = 1e5;
-constexpr double kRotationStiffness = 1e7;
+// Support springs relative to the stiffness of the membrane over one element; rotations are held by
+// the same springs at the arm of one element height. What supports give way falls like 1 /
+// stiffness; the digits that their forces lose, eps * stiffness * displacement, grow with it.
+// Measured flat over two decades to either side (tests/support_conditions_test.cc).
+constexpr double kStiffness = 1e5;
 
 // Gauss points per element edge in the weighted means.
 constexpr int kPointsPerEdge = 4;
@@ -45,8 +43,8 @@ void Accumulate(const Row& row,
   if (row.derivative) {
     factors = row.along.x() * point.weights.row(kRowD1) + row.along.y() * point.weights.row(kRowD2);
     condition->rigid_row +=
-        weight * frame.DerivativeRow(row.along.x() * point.t1 + row.along.y() * point.t2,
-                                     row.direction);
+        weight *
+        frame.DerivativeRow(row.along.x() * point.t1 + row.along.y() * point.t2, row.direction);
   } else {
     factors = point.weights.row(kRowValue);
     condition->direction += weight * row.direction;
@@ -94,13 +92,15 @@ void AddDisplacementRows(const SupportSpec& support,
 }
 
 // Rows of a support at a point of a side; stiffness per unit of length / height of the element.
+// `height` of the element over its edge is the arm at which rotations are held.
 std::vector<Row> SideRows(const SupportSpec& support,
                           const ShellSurface::CurvePoint& edge,
                           const Eigen::Vector3d& target,
+                          double height,
                           const Material& material) {
   std::vector<Row> rows;
-  AddDisplacementRows(support, target, kDisplacementStiffness * material.MembraneStiffness(), &rows);
-  const double rotation = kRotationStiffness * material.BendingStiffness();
+  AddDisplacementRows(support, target, kStiffness * material.MembraneStiffness(), &rows);
+  const double rotation = kStiffness * material.MembraneStiffness() * height * height;
   if (support.kind == SupportSpec::Kind::kClamped) {
     // With the edge held, x_v . n = 0 keeps the normal; linear in d_v for any rotation.
     rows.push_back({edge.point.n, true, edge.conormal, rotation, 0.0});
@@ -134,7 +134,7 @@ void AddSide(const SupportSpec& support,
       const double edge_speed = edge.point.area / rule[q].weight;
       const double height = surface.MakePoint(edge.at, 1.0).area / edge_speed;
       const auto rows = SideRows(
-          support, edge, EvaluateAt(support.displacement, surface, edge.at), material);
+          support, edge, EvaluateAt(support.displacement, surface, edge.at), height, material);
       const auto& vertices = surface.control_vertices(edge.at.element);
       for (int end = 0; end < 2; ++end) {
         const int k = (e + end) % num_vertices;
@@ -169,11 +169,10 @@ void AddSide(const SupportSpec& support,
     std::vector<Row> rows;
     AddDisplacementRows(support,
                         EvaluateAt(support.displacement, surface, at),
-                        kDisplacementStiffness * material.MembraneStiffness(),
+                        kStiffness * material.MembraneStiffness(),
                         &rows);
     for (const Row& row : rows) {
-      result->conditions.push_back(
-          Place(row, surface.control_vertices(at.element), point, frame));
+      result->conditions.push_back(Place(row, surface.control_vertices(at.element), point, frame));
     }
   }
 }
@@ -204,11 +203,12 @@ void AddNeighbourhood(const SupportSpec& support,
     std::vector<Row> rows;
     AddDisplacementRows(support,
                         EvaluateAt(support.displacement, surface, at),
-                        kDisplacementStiffness * material.MembraneStiffness(),
+                        kStiffness * material.MembraneStiffness(),
                         &rows);
-    const double rotation = kRotationStiffness * material.BendingStiffness();
-    const bool holds_normal = support.kind == SupportSpec::Kind::kClamped ||
-                              support.kind == SupportSpec::Kind::kSymmetry;
+    const double element_area = 0.5 * surface.MakePoint(at, 1.0).area;
+    const double rotation = kStiffness * material.MembraneStiffness() * element_area;
+    const bool holds_normal =
+        support.kind == SupportSpec::Kind::kClamped || support.kind == SupportSpec::Kind::kSymmetry;
     if (support.kind == SupportSpec::Kind::kClamped) {
       rows.push_back({point.n, true, {1.0, 0.0}, rotation, 0.0});
       rows.push_back({point.n, true, {0.0, 1.0}, rotation, 0.0});
@@ -222,8 +222,7 @@ void AddNeighbourhood(const SupportSpec& support,
       rows.push_back({normal.cross(point.n), true, along, rotation, 0.0});
     }
     for (const Row& row : rows) {
-      result->conditions.push_back(
-          Place(row, surface.control_vertices(at.element), point, frame));
+      result->conditions.push_back(Place(row, surface.control_vertices(at.element), point, frame));
     }
   }
 }
@@ -280,8 +279,8 @@ bool IsZero(const SceneVector& value) {
 
 double EvaluateAt(const SceneValue& value, const ShellSurface& surface, const ElementPoint& point) {
   const auto uv = surface.Parameters(point);
-  const Eigen::Vector3d x = value.expression.IsConstant() ? Eigen::Vector3d::Zero().eval()
-                                                          : surface.Position(point);
+  const Eigen::Vector3d x =
+      value.expression.IsConstant() ? Eigen::Vector3d::Zero().eval() : surface.Position(point);
   const double variables[5] = {uv[0], uv[1], x[0], x[1], x[2]};
   return value.expression.Evaluate(variables);
 }

@@ -37,8 +37,9 @@ struct SupportConditions {
 // vertex. That many, and no more, the three control rows next to a side can follow without
 // locking; and hats can represent the reaction, so that what the conditions leave free between the
 // vertices does work against its second-order remainder only. Values at single points (one, two or
-// three per edge) either lock or converge at first order (tests/support_conditions_test.cc). False and *error where a support contradicts the surface, e.g. a
-// mirror plane that the side does not lie in.
+// three per edge) either lock or converge at first order (tests/support_conditions_test.cc). False
+// and *error where a support contradicts the surface, e.g. a mirror plane that the side does not
+// lie in.
 bool MakeSupportConditions(const Scene& scene,
                            const ShellSurface& surface,
                            const Material& material,

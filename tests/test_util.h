@@ -118,16 +118,18 @@ using Fifteen = Eigen::Matrix<double, 15, 1>;
 
 // A point whose five control vertices ARE the kinematic vectors d_1, d_2, H_11, H_12, H_22: any
 // cost over it takes exact kinematics, without a basis in between.
-inline StrainPoint WithDirectInputs(StrainPoint point) {
-  point.weights = BasisMatrix::Zero(6, 5);
-  for (int k = 0; k < 5; ++k) point.weights(kRowD1 + k, k) = 1.0;
-  return point;
+inline StrainPoint WithDirectInputs(const StrainPoint& point) {
+  BasisMatrix weights = BasisMatrix::Zero(6, 5);
+  for (int k = 0; k < 5; ++k) weights(kRowD1 + k, k) = 1.0;
+  StrainPoint result = point;
+  result.weights.swap(weights);
+  return result;
 }
 
 // Frame and curvatures of a surface point, with direct inputs and area 1.
 inline StrainPoint DirectPoint(const SurfaceJet& jet, double turn = 0.0) {
   StrainPoint point = MakeStrainPoint({jet.x, jet.x_u, jet.x_v, jet.x_uu, jet.x_uv, jet.x_vv},
-                                      BasisMatrix::Zero(6, 1),
+                                      BasisMatrix::Zero(6, 5),
                                       {std::cos(turn), std::sin(turn)},
                                       1.0);
   point.area = 1.0;

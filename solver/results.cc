@@ -1,0 +1,664 @@
+#include "solver/results.h"
+
+#include <unistd.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "solver/fields.h"
+
+namespace darboux {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+namespace fs = std::filesystem;
+
+// The shortest text that reads back as the same number.
+std::string FormatNumber(double value) {
+  char buffer[40];
+  const std::to_chars_result end = std::to_chars(buffer, buffer + sizeof(buffer), value);
+  return std::string(buffer, end.ptr);
+}
+
+// ---- Files ----------------------------------------------------------------------------------
+
+// Files that appear in a folder together or not at all (short of a crash between two renames).
+class FileSet {
+ public:
+  explicit FileSet(fs::path folder) : folder_(std::move(folder)) {}
+  FileSet(const FileSet&) = delete;
+  FileSet& operator=(const FileSet&) = delete;
+  ~FileSet() {
+    std::error_code ignored;
+    for (size_t i = num_committed_; i < names_.size(); ++i) fs::remove(Part(names_[i]), ignored);
+  }
+
+  const std::vector<std::string>& names() const { return names_; }
+
+  bool Add(const std::string& name, const std::string& content, std::string* error) {
+    names_.push_back(name);
+    errno = 0;
+    std::ofstream file(Part(name), std::ios::binary | std::ios::trunc);
+    file.write(content.data(), static_cast<std::streamsize>(content.size()));
+    file.close();  // Sets failbit where the last bytes do not fit on the disk.
+    if (file) return true;
+    *error = (folder_ / name).string() + ": cannot be written: " +
+             (errno != 0 ? std::generic_category().message(errno) : "output error");
+    return false;
+  }
+
+  bool Commit(std::string* error) {
+    for (const std::string& name : names_) {
+      std::error_code ignored;
+      if (fs::is_directory(folder_ / name, ignored)) {
+        *error = (folder_ / name).string() + ": is a folder, cannot be replaced";
+        return false;
+      }
+    }
+    for (; num_committed_ < names_.size(); ++num_committed_) {
+      const std::string& name = names_[num_committed_];
+      std::error_code code;
+      fs::rename(Part(name), folder_ / name, code);
+      if (code) {
+        *error = (folder_ / name).string() + ": cannot be replaced: " + code.message();
+        return false;
+      }
+    }
+    return true;
+  }
+
+ private:
+  fs::path Part(const std::string& name) const { return folder_ / (name + ".part"); }
+
+  fs::path folder_;
+  std::vector<std::string> names_;
+  size_t num_committed_ = 0;
+};
+
+std::string StepName(int step) {
+  std::string number = std::to_string(step);
+  if (number.size() < 4) number.insert(0, 4 - number.size(), '0');
+  return "shell_" + number + ".vtu";
+}
+
+// Removes shell_NNNN.vtu that are not among `names`.
+void RemoveOtherSteps(const fs::path& folder, const std::vector<std::string>& names) {
+  const std::set<std::string> keep(names.begin(), names.end());
+  std::vector<fs::path> others;
+  std::error_code code;
+  for (fs::directory_iterator it(folder, code), end; !code && it != end; it.increment(code)) {
+    const std::string name = it->path().filename().string();
+    constexpr size_t kPrefix = 6, kSuffix = 4;  // "shell_", ".vtu"
+    if (name.size() < kPrefix + 4 + kSuffix || name.compare(0, kPrefix, "shell_") != 0 ||
+        name.compare(name.size() - kSuffix, kSuffix, ".vtu") != 0) {
+      continue;
+    }
+    const std::string number = name.substr(kPrefix, name.size() - kPrefix - kSuffix);
+    if (number.find_first_not_of("0123456789") == std::string::npos && keep.count(name) == 0) {
+      others.push_back(it->path());
+    }
+  }
+  for (const fs::path& path : others) fs::remove(path, code);
+}
+
+// ---- VTK ------------------------------------------------------------------------------------
+
+bool IsLittleEndian() {
+  const std::uint16_t one = 1;
+  unsigned char first;
+  std::memcpy(&first, &one, 1);
+  return first == 1;
+}
+
+std::string Base64(const std::string& bytes) {
+  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (size_t i = 0; i < bytes.size(); i += 3) {
+    const size_t count = std::min<size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (size_t k = 0; k < 3; ++k) {
+      group = group << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    }
+    for (size_t k = 0; k < 4; ++k) {
+      text += k <= count ? kDigits[group >> (18 - 6 * k) & 63] : '=';
+    }
+  }
+  return text;
+}
+
+template <typename T>
+void Append(const T& value, std::string* bytes) {
+  char buffer[sizeof(T)];
+  std::memcpy(buffer, &value, sizeof(T));
+  bytes->append(buffer, sizeof(T));
+}
+
+// One DataArray element: attributes and the data with its length in front, in base64.
+template <typename T>
+std::string DataArray(const std::string& type,
+                      const std::string& attributes,
+                      const std::vector<T>& values) {
+  std::string bytes;
+  bytes.reserve(8 + values.size() * sizeof(T));
+  Append<std::uint64_t>(values.size() * sizeof(T), &bytes);
+  for (const T& value : values) Append(value, &bytes);
+  return "<DataArray type=\"" + type + "\" " + attributes + " format=\"binary\">" + Base64(bytes) +
+         "</DataArray>\n";
+}
+
+// Collects the values of one point field; what is not finite becomes 0 and is counted.
+class PointArray {
+ public:
+  PointArray(std::string name, std::vector<std::string> components, size_t num_points)
+      : attributes_("Name=\"" + name + "\"") {
+    const size_t n = std::max<size_t>(components.size(), 1);
+    attributes_ += " NumberOfComponents=\"" + std::to_string(n) + "\"";
+    for (size_t i = 0; i < components.size(); ++i) {
+      attributes_ += " ComponentName" + std::to_string(i) + "=\"" + components[i] + "\"";
+    }
+    values_.reserve(n * num_points);
+  }
+  void Add(double value) {
+    const bool finite = std::isfinite(value);
+    num_not_finite_ += finite ? 0 : 1;
+    values_.push_back(finite ? value : 0.0);
+  }
+  template <int n>
+  void Add(const Eigen::Matrix<double, n, 1>& value) {
+    for (int i = 0; i < n; ++i) Add(value[i]);
+  }
+  size_t num_not_finite() const { return num_not_finite_; }
+  std::string ToXml() const { return DataArray("Float64", attributes_, values_); }
+
+ private:
+  std::string attributes_;
+  std::vector<double> values_;
+  size_t num_not_finite_ = 0;
+};
+
+// Writes states of one problem; what no displacement changes is encoded once.
+class StateWriter {
+ public:
+  explicit StateWriter(const ShellProblem& problem)
+      : problem_(problem), mesh_(MakeOutputMesh(problem.surface())) {
+    const size_t n = mesh_.points.size();
+    PointArray points("Points", {"x", "y", "z"}, n);
+    PointArray uv("uv", {"u", "v"}, n);
+    PointArray curvatures("principal_curvatures", {"1", "2"}, n);
+    PointArray direction("principal_direction_1", {"x", "y", "z"}, n);
+    sites_.reserve(n);
+    for (const ElementPoint& at : mesh_.points) {
+      sites_.push_back(MakeFieldSite(problem.surface(), at));
+      const FieldSite& site = sites_.back();
+      points.Add(site.point.position);
+      uv.Add(site.uv[0]);
+      uv.Add(site.uv[1]);
+      curvatures.Add(site.principal_curvatures);
+      direction.Add(site.principal_direction_1);
+    }
+    std::vector<std::int32_t> connectivity, offsets;
+    for (const std::array<int, 3>& triangle : mesh_.triangles) {
+      connectivity.insert(connectivity.end(), triangle.begin(), triangle.end());
+      offsets.push_back(static_cast<std::int32_t>(connectivity.size()));
+    }
+    constexpr std::uint8_t kVtkTriangle = 5;
+    const std::vector<std::uint8_t> types(mesh_.triangles.size(), kVtkTriangle);
+    geometry_ = "<Points>\n" + points.ToXml() + "</Points>\n<Cells>\n" +
+                DataArray("Int32", "Name=\"connectivity\"", connectivity) +
+                DataArray("Int32", "Name=\"offsets\"", offsets) +
+                DataArray("UInt8", "Name=\"types\"", types) + "</Cells>\n";
+    rest_fields_ = uv.ToXml() + curvatures.ToXml() + direction.ToXml();
+  }
+
+  // The contents of a .vtu file. Adds the number of values that are not finite.
+  std::string Vtu(const Eigen::Matrix3Xd& displacements,
+                  double time,
+                  size_t* num_not_finite) const {
+    const size_t n = sites_.size();
+    const std::vector<std::string> xyz = {"x", "y", "z"}, tensor = {"11", "22", "12"};
+    PointArray displacement("displacement", xyz, n), normal("normal", xyz, n);
+    PointArray membrane_strain("membrane_strain", tensor, n);
+    PointArray principal("principal_membrane_strain", {"1", "2"}, n);
+    PointArray bending_strain("bending_strain", tensor, n);
+    PointArray membrane_force("membrane_force", tensor, n), moment("moment", tensor, n);
+    PointArray top("von_mises_top", {}, n), bottom("von_mises_bottom", {}, n);
+    PointArray energy("energy_density", {}, n);
+    PointArray membrane_energy("membrane_energy_density", {}, n);
+    PointArray bending_energy("bending_energy_density", {}, n);
+    for (const FieldSite& site : sites_) {
+      const ShellFields fields = EvaluateFields(problem_, displacements, site);
+      displacement.Add(fields.displacement);
+      normal.Add(fields.normal);
+      membrane_strain.Add(fields.membrane_strain);
+      principal.Add(fields.principal_membrane_strain);
+      bending_strain.Add(fields.bending_strain);
+      membrane_force.Add(fields.membrane_force);
+      moment.Add(fields.moment);
+      top.Add(fields.von_mises_top);
+      bottom.Add(fields.von_mises_bottom);
+      energy.Add(fields.membrane_energy_density + fields.bending_energy_density);
+      membrane_energy.Add(fields.membrane_energy_density);
+      bending_energy.Add(fields.bending_energy_density);
+    }
+    std::string arrays;
+    for (const PointArray* array : {&displacement,
+                                    &normal,
+                                    &membrane_strain,
+                                    &principal,
+                                    &bending_strain,
+                                    &membrane_force,
+                                    &moment,
+                                    &top,
+                                    &bottom,
+                                    &energy,
+                                    &membrane_energy,
+                                    &bending_energy}) {
+      *num_not_finite += array->num_not_finite();
+      arrays += array->ToXml();
+    }
+    return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+           "byte_order=\"" +
+           std::string(IsLittleEndian() ? "LittleEndian" : "BigEndian") +
+           "\" header_type=\"UInt64\">\n<UnstructuredGrid>\n<FieldData>\n" +
+           DataArray("Float64",
+                     "Name=\"TimeValue\" NumberOfTuples=\"1\"",
+                     std::vector<double>{std::isfinite(time) ? time : 0.0}) +
+           "</FieldData>\n<Piece NumberOfPoints=\"" + std::to_string(n) + "\" NumberOfCells=\"" +
+           std::to_string(mesh_.triangles.size()) + "\">\n" + geometry_ +
+           "<PointData Vectors=\"displacement\" Normals=\"normal\">\n" + arrays + rest_fields_ +
+           "</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
+  }
+
+  // The contents of deformed.ply.
+  std::string Ply(const Eigen::Matrix3Xd& displacements) const {
+    std::string text = std::string("ply\nformat ") +
+                       (IsLittleEndian() ? "binary_little_endian" : "binary_big_endian") +
+                       " 1.0\ncomment deformed middle surface\nelement vertex " +
+                       std::to_string(sites_.size()) + "\n";
+    for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) {
+      text += std::string("property double ") + name + "\n";
+    }
+    text += "element face " + std::to_string(mesh_.triangles.size()) +
+            "\nproperty list uchar int vertex_indices\nend_header\n";
+    for (const FieldSite& site : sites_) {
+      const ShellFields fields = EvaluateFields(problem_, displacements, site);
+      const Eigen::Vector3d x = fields.position + fields.displacement;
+      for (int i = 0; i < 3; ++i) Append(std::isfinite(x[i]) ? x[i] : 0.0, &text);
+      for (int i = 0; i < 3; ++i) Append(fields.normal[i], &text);
+    }
+    for (const std::array<int, 3>& triangle : mesh_.triangles) {
+      Append<std::uint8_t>(3, &text);
+      for (const int vertex : triangle) Append<std::int32_t>(vertex, &text);
+    }
+    return text;
+  }
+
+ private:
+  const ShellProblem& problem_;
+  OutputMesh mesh_;
+  std::vector<FieldSite> sites_;
+  std::string geometry_, rest_fields_;
+};
+
+std::string Pvd(const SolverSummary& summary) {
+  std::string text =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"" +
+      std::string(IsLittleEndian() ? "LittleEndian" : "BigEndian") + "\">\n<Collection>\n";
+  for (size_t i = 0; i < summary.steps.size(); ++i) {
+    text += "<DataSet timestep=\"" + FormatNumber(summary.steps[i].factor) +
+            "\" group=\"\" part=\"0\" file=\"" + StepName(static_cast<int>(i) + 1) + "\"/>\n";
+  }
+  return text + "</Collection>\n</VTKFile>\n";
+}
+
+std::string History(const Scene& scene, const SolverSummary& summary) {
+  std::string text = "step,factor,iterations,converged,energy,relative_gradient,max_displacement";
+  for (const ProbeSpec& probe : scene.probes) {
+    for (const char* axis : {"x", "y", "z"}) {
+      text += ",probes." + probe.name + ".displacement." + axis;
+    }
+  }
+  text += ",supports.reaction.x,supports.reaction.y,supports.reaction.z\n";
+  const auto add = [&](double value) {
+    text += ",";
+    if (std::isfinite(value)) text += FormatNumber(value);
+  };
+  for (size_t i = 0; i < summary.steps.size(); ++i) {
+    const LoadStep& step = summary.steps[i];
+    text += std::to_string(i + 1);
+    add(step.factor);
+    text += "," + std::to_string(step.iterations) + "," + (step.converged ? "1" : "0");
+    add(step.energy);
+    add(step.relative_gradient);
+    add(step.max_displacement);
+    for (const Eigen::Vector3d& displacement : step.probe_displacements) {
+      for (int k = 0; k < 3; ++k) add(displacement[k]);
+    }
+    for (int k = 0; k < 3; ++k) add(step.reaction[k]);
+    text += "\n";
+  }
+  return text;
+}
+
+// ---- summary.json ---------------------------------------------------------------------------
+
+Json Components(const Eigen::Vector3d& v) { return {{"x", v.x()}, {"y", v.y()}, {"z", v.z()}}; }
+
+Json Optional(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? Json(*value) : Json(nullptr);
+}
+
+// Replaces numbers that are not finite by null; returns how many there were.
+size_t ReplaceNonFinite(Json* json) {
+  if (json->is_number_float()) {
+    if (std::isfinite(json->get<double>())) return 0;
+    *json = nullptr;
+    return 1;
+  }
+  size_t count = 0;
+  if (json->is_structured()) {
+    for (Json& child : *json) count += ReplaceNonFinite(&child);
+  }
+  return count;
+}
+
+void MarkNotFinite(size_t count, const std::string& what, Json* json) {
+  if (count == 0) return;
+  (*json)["converged"] = false;
+  std::string message = (*json)["message"].get<std::string>();
+  if (!message.empty()) message += "; ";
+  (*json)["message"] = message + std::to_string(count) + what;
+}
+
+Json EnergyOf(const SolverSummary& summary) {
+  const auto energy = [&](const char* name) {
+    for (const EffectSummary& effect : summary.effects) {
+      if (effect.name == name) return effect.energy;
+    }
+    return 0.0;
+  };
+  return {{"membrane", energy("membrane")},
+          {"bending", energy("bending")},
+          {"gas", energy("gas")},
+          {"contact", energy("contact")},
+          {"supports", summary.support_energy},
+          {"load_work", summary.load_work},
+          {"total", summary.energy_total}};
+}
+
+Json ToJson(const AccuracyReport& accuracy) {
+  Json levels = Json::array();
+  for (const AccuracyLevel& level : accuracy.levels) {
+    levels.push_back({{"divisions", level.divisions},
+                      {"dof", level.dof},
+                      {"estimate", Optional(level.estimate)},
+                      {"seconds", level.seconds}});
+  }
+  return {{"target", accuracy.target},
+          {"estimate", Optional(accuracy.estimate)},
+          {"reached", accuracy.reached},
+          {"message", accuracy.message},
+          {"levels", std::move(levels)}};
+}
+
+Json ToJson(const std::vector<ExpectResult>& results) {
+  Json list = Json::array();
+  for (const ExpectResult& result : results) {
+    Json entry = {{"quantity", result.quantity},
+                  {"value", Optional(result.value)},
+                  {"expected", result.expected},
+                  {"error", Optional(result.error)},
+                  {"tolerance", result.tolerance},
+                  {"relative", result.relative},
+                  {"holds", result.holds}};
+    if (!result.message.empty()) entry["message"] = result.message;
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+// ---- Expectations ---------------------------------------------------------------------------
+
+std::string Describe(const Json& node) {
+  if (node.is_object()) {
+    std::string keys;
+    for (const auto& item : node.items()) keys += (keys.empty() ? "" : ", ") + item.key();
+    return keys.empty() ? "no keys" : "the keys " + keys;
+  }
+  if (node.is_array()) return "an array of " + std::to_string(node.size());
+  if (node.is_null()) return "null (no finite number)";
+  if (node.is_string()) return "a text";
+  return "a number";
+}
+
+// Null and *message where the path leads nowhere.
+const Json* Find(const Json& root, const std::string& path, std::string* message) {
+  const Json* node = &root;
+  std::string at = "summary.json";
+  const auto fail = [&](const std::string& wanted) {
+    *message = "no '" + wanted + "' in " + at + ", which has " + Describe(*node);
+    return nullptr;
+  };
+  for (size_t begin = 0; begin <= path.size();) {
+    const size_t end = std::min(path.find('.', begin), path.size());
+    const std::string part = path.substr(begin, end - begin);
+    const size_t bracket = std::min(part.find('['), part.size());
+    const std::string name = part.substr(0, bracket);
+    if (!node->is_object() || !node->contains(name)) return fail(name);
+    node = &node->at(name);
+    at = begin == 0 ? name : at + "." + name;
+    for (size_t open = bracket; open < part.size();) {
+      const size_t close = std::min(part.find(']', open), part.size());
+      const std::string digits = part.substr(open + 1, close - std::min(close, open + 1));
+      size_t index = 0;
+      const std::from_chars_result read =
+          std::from_chars(digits.data(), digits.data() + digits.size(), index);
+      if (part[open] != '[' || close == part.size() || read.ec != std::errc() ||
+          read.ptr != digits.data() + digits.size() || !node->is_array() || index >= node->size()) {
+        return fail(part.substr(open));
+      }
+      node = &node->at(index);
+      at += "[" + digits + "]";
+      open = close + 1;
+    }
+    begin = end + 1;
+  }
+  if (!node->is_number() && !node->is_boolean()) {
+    *message = at + " is no number, it has " + Describe(*node);
+    return nullptr;
+  }
+  return node;
+}
+
+}  // namespace
+
+bool EvaluateExpectations(const Scene& scene,
+                          const nlohmann::ordered_json& summary,
+                          std::vector<ExpectResult>* results) {
+  results->clear();
+  bool all_hold = true;
+  for (const ExpectSpec& expect : scene.expect) {
+    ExpectResult result;
+    result.quantity = expect.quantity;
+    result.expected = expect.value;
+    result.relative = !expect.absolute_tolerance.has_value();
+    result.tolerance = expect.absolute_tolerance.value_or(expect.relative_tolerance.value_or(0.0));
+    const Json* node = Find(summary, expect.quantity, &result.message);
+    if (node != nullptr) {
+      result.value = node->is_boolean() ? (node->get<bool>() ? 1.0 : 0.0) : node->get<double>();
+      const double difference = std::abs(*result.value - expect.value);
+      const double scale = result.relative ? std::abs(expect.value) : 1.0;
+      result.holds = difference <= result.tolerance * scale;  // False for NaN.
+      // Relative to zero only zero has an error that is a number.
+      result.error = scale > 0.0 ? difference / scale : difference;
+    }
+    all_hold = all_hold && result.holds;
+    results->push_back(std::move(result));
+  }
+  return all_hold;
+}
+
+nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
+                                       const SolverSummary& summary,
+                                       const AccuracyReport* accuracy) {
+  Json json;
+  json["name"] = scene.name;
+  json["converged"] = summary.IsConverged();
+  json["message"] = summary.message;
+  json["theory"] = ToString(summary.theory);
+  json["theory_reason"] = summary.theory_reason;
+  json["nonlinearity_estimate"] = summary.nonlinearity_estimate >= 0.0
+                                      ? Optional(summary.nonlinearity_estimate)
+                                      : Json(nullptr);
+  json["strains"] = ToString(scene.model.strains);
+  json["backend"] = summary.backend;
+  json["dof"] = summary.dof;
+  json["unknowns"] = summary.unknowns;
+  json["elements"] = summary.elements;
+  json["quadrature_points"] = summary.quadrature_points;
+
+  // The contract's effects are there even if the solver never came to name them.
+  Json& effects = json["effects"] = Json::object();
+  for (int i = 0; i < kNumEffects; ++i) {
+    effects[ToString(static_cast<Effect>(i))] = {
+        {"on", false}, {"why", "not run"}, {"residual_blocks", 0}, {"residuals", 0}};
+  }
+  for (const EffectSummary& effect : summary.effects) {
+    effects[effect.name] = {{"on", effect.report.on},
+                            {"why", effect.report.why},
+                            {"residual_blocks", effect.report.residual_blocks},
+                            {"residuals", effect.report.residuals}};
+  }
+  json["energy"] = EnergyOf(summary);
+  Json& probes = json["probes"] = Json::object();
+  for (const ProbeSummary& probe : summary.probes) {
+    const Eigen::Vector3d& x = probe.position;
+    probes[probe.name] = {{"position", {x.x(), x.y(), x.z()}},
+                          {"displacement", Components(probe.displacement)}};
+  }
+  json["fingers"] = Json::object();
+  json["supports"] = {{"reaction", Components(summary.reaction)}};
+  json["gas"] = {{"gauge_pressure", 0.0}, {"volume", 0.0}, {"volume_ratio", 1.0}};
+  json["max_displacement"] = summary.max_displacement;
+  json["max_membrane_strain"] = summary.max_membrane_strain;
+  json["max_rotation"] = summary.max_rotation;
+  json["equilibrium"] = {{"gradient_norm", summary.gradient_norm},
+                         {"force_balance", summary.force_balance}};
+  json["iterations"] = summary.iterations;
+  Json& steps = json["load_steps"] = Json::array();
+  for (const LoadStep& step : summary.steps) {
+    steps.push_back({{"factor", step.factor},
+                     {"iterations", step.iterations},
+                     {"converged", step.converged},
+                     {"energy", step.energy},
+                     {"relative_gradient", step.relative_gradient},
+                     {"max_displacement", step.max_displacement}});
+  }
+  json["free_motions"] = summary.free_motions;
+  json["decisions"] = summary.decisions;
+  if (accuracy != nullptr) json["accuracy"] = ToJson(*accuracy);
+  json["time_s"] = {{"setup", summary.setup_s},
+                    {"solve", summary.solve_s},
+                    {"output", 0.0},
+                    {"total", summary.setup_s + summary.solve_s}};
+  MarkNotFinite(ReplaceNonFinite(&json), " numbers of summary.json are not finite", &json);
+  return json;
+}
+
+bool IsWritableFolder(const std::string& folder, std::string* error) {
+  const auto fail = [&](const std::string& what) {
+    *error = folder + ": " + what;
+    return false;
+  };
+  if (folder.empty()) return fail("an empty name is no folder");
+  std::error_code code;
+  fs::path existing = fs::absolute(folder, code);
+  if (code) return fail(code.message());
+  // The first part of the path that is there: everything below it can be created or not.
+  while (true) {
+    const fs::file_status status = fs::status(existing, code);
+    if (fs::is_directory(status)) break;
+    if (status.type() != fs::file_type::not_found) {
+      if (fs::exists(status)) return fail(existing.string() + " is no folder");
+      return fail(existing.string() + ": " + code.message());
+    }
+    if (!existing.has_relative_path()) return fail("no such file system");
+    existing = existing.parent_path();
+  }
+  if (access(existing.c_str(), W_OK | X_OK) != 0) {
+    return fail(existing.string() + ": " + std::generic_category().message(errno));
+  }
+  return true;
+}
+
+bool WriteResults(const std::string& folder,
+                  const ShellProblem& problem,
+                  const SolverSummary& summary,
+                  const AccuracyReport* accuracy,
+                  Results* results,
+                  std::string* error) {
+  const Clock::time_point start = Clock::now();
+  *results = Results();
+  if (!IsWritableFolder(folder, error)) return false;
+  std::error_code code;
+  fs::create_directories(folder, code);
+  // "DIR/" has been created all the same where the last name of the path is empty.
+  if (code && !fs::is_directory(folder)) {
+    *error = folder + ": cannot be created: " + code.message();
+    return false;
+  }
+
+  const Scene& scene = problem.scene();
+  FileSet files(folder);
+  const StateWriter writer(problem);
+  size_t num_not_finite = 0;
+  const Eigen::Matrix3Xd rest = Eigen::Matrix3Xd::Zero(3, problem.displacements().cols());
+  const Eigen::Matrix3Xd* final_state = &rest;
+  std::string final_vtu;
+  for (size_t i = 0; i < summary.steps.size(); ++i) {
+    const LoadStep& step = summary.steps[i];
+    std::string vtu = writer.Vtu(step.displacements, step.factor, &num_not_finite);
+    if (!files.Add(StepName(static_cast<int>(i) + 1), vtu, error)) return false;
+    if (step.displacements.allFinite()) {
+      final_state = &step.displacements;
+      final_vtu = std::move(vtu);
+    }
+  }
+  if (final_state == &rest) final_vtu = writer.Vtu(rest, 0.0, &num_not_finite);
+  if (!files.Add("shell.vtu", final_vtu, error) || !files.Add("shell.pvd", Pvd(summary), error) ||
+      !files.Add("deformed.ply", writer.Ply(*final_state), error) ||
+      !files.Add("history.csv", History(scene, summary), error)) {
+    return false;
+  }
+
+  Json& json = results->summary;
+  json = MakeSummaryJson(scene, summary, accuracy);
+  MarkNotFinite(num_not_finite, " field values are not finite and written as 0", &json);
+  const double output_s = std::chrono::duration<double>(Clock::now() - start).count();
+  json["time_s"]["output"] = output_s;
+  json["time_s"]["total"] = summary.setup_s + summary.solve_s + output_s;
+  results->expectations_hold = EvaluateExpectations(scene, json, &results->expectations);
+  results->converged = json["converged"].get<bool>();
+  json["expect"] = ToJson(results->expectations);
+  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  // Last, so that whoever waits for it finds the others complete.
+  if (!files.Add("summary.json", text, error) || !files.Commit(error)) return false;
+  RemoveOtherSteps(folder, files.names());
+  results->files = files.names();
+  return true;
+}
+
+}  // namespace darboux

@@ -1,0 +1,56 @@
+#ifndef DARBOUX_TOOLS_SOLVER_FLAGS_H_
+#define DARBOUX_TOOLS_SOLVER_FLAGS_H_
+
+#include <gflags/gflags.h>
+
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "solver/scene.h"
+#include "solver/shell_solver.h"
+
+// Flags and command line of all tools. They replace gflags' own: --help shows only the tool's
+// flags, a mistake ends with status 2 and says what is allowed.
+
+DECLARE_string(out);
+DECLARE_bool(quiet);
+
+namespace darboux {
+
+// Exit status of the tools.
+enum ExitStatus {
+  kExitDone = 0,          // converged, and every `expect` holds
+  kExitNotConverged = 1,  // or an `expect` fails, or results could not be written
+  kExitBadInput = 2       // command line or scene; nothing was written
+};
+
+struct Tool {
+  const char* name;         // "darboux_deform"
+  const char* usage;        // "SCENE.yaml --out=DIR"
+  const char* description;  // a few lines
+  int num_arguments;        // besides the flags
+};
+
+// Sets the flags that the command line names, as --flag=value, --flag value or -flag=value;
+// --flag and --noflag for true and false; after "--" all are arguments. True: run. False: end with
+// *exit_status; help or version are on stdout, a mistake on stderr in one line and the usage.
+// Flags known besides the tool's own: glog's v, vmodule, minloglevel, logtostderr and their kin.
+// Starts glog: warnings and errors, to stderr only, whatever the flags say.
+bool ParseCommandLine(
+    const Tool& tool, int argc, char** argv, std::vector<std::string>* arguments, int* exit_status);
+
+// Applies --theory, --strains, --minimizer, --quadrature, --divisions to a scene. Names of the
+// flags that were given go to *overridden. False and *error ("--FLAG: found ...; allowed ...").
+bool ApplyFlags(Scene* scene, std::vector<std::string>* overridden, std::string* error);
+
+// Options of --threads, --time_limit, --sparse_backend, --gradient_tolerance, --max_iterations.
+bool SolverOptionsFromFlags(SolverOptions* options, std::string* error);
+
+// The first SIGINT or SIGTERM sets the flag returned, which SolverOptions::stop takes; the second
+// one ends the process.
+const std::atomic<bool>* StopOnSignal();
+
+}  // namespace darboux
+
+#endif  // DARBOUX_TOOLS_SOLVER_FLAGS_H_
