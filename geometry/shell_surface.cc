@@ -42,9 +42,9 @@ ShellSurface::ShellSurface(std::shared_ptr<const ParametricSurface> surface,
   for (int e = 0; e < num_elements(); ++e) {
     const RestJet jet = Rest({e, 1.0 / 3.0, 1.0 / 3.0});
     area_ += 0.5 * jet.x_s.cross(jet.x_t).norm();
-    box.extend(jet.x - (jet.x_s + jet.x_t) / 3.0);
-    box.extend(jet.x + (2.0 * jet.x_s - jet.x_t) / 3.0);
-    box.extend(jet.x + (2.0 * jet.x_t - jet.x_s) / 3.0);
+    box.extend(Position({e, 0.0, 0.0}));
+    box.extend(Position({e, 1.0, 0.0}));
+    box.extend(Position({e, 0.0, 1.0}));
   }
   size_ = box.diagonal().norm();
 }
@@ -232,7 +232,8 @@ ElementPoint ShellSurface::ClosestPoint(const Eigen::Vector3d& x) const {
   for (const auto& candidate : candidates) {
     Eigen::Vector2d q(0.5 * candidate.second.first, 0.5 * candidate.second.second);
     double value = candidate.first;
-    // Damped Gauss-Newton within the rectangle; a coordinate at its bound is free to come back.
+    // Damped Newton within the rectangle, Gauss-Newton where the distance is not convex. A
+    // coordinate at its bound is free to come back.
     for (int iteration = 0; iteration < 50; ++iteration) {
       const auto u = domain_.Parameter(0, q.x());
       const auto v = domain_.Parameter(1, q.y());
@@ -247,29 +248,41 @@ ElementPoint ShellSurface::ClosestPoint(const Eigen::Vector3d& x) const {
       newton(1, 1) += r.dot(jet.x_vv * (v[1] * v[1]) + jet.x_v * v[2]);
       newton(0, 1) += r.dot(jet.x_uv * (u[1] * v[1]));
       newton(1, 0) = newton(0, 1);
-      if (newton(0, 0) > 0.0 && newton.determinant() > 0.1 * hessian.determinant()) {
-        hessian = newton;
-      }
       const double upper[2] = {static_cast<double>(m), static_cast<double>(n)};
       for (int k = 0; k < 2; ++k) {
         if ((q[k] <= 0.0 && gradient[k] > 0.0) || (q[k] >= upper[k] && gradient[k] < 0.0)) {
           hessian(k, 1 - k) = hessian(1 - k, k) = 0.0;
+          newton(k, 1 - k) = newton(1 - k, k) = 0.0;
+          newton(k, k) = hessian(k, k);
           gradient[k] = 0.0;
         }
       }
-      const Eigen::Vector2d step = -hessian.ldlt().solve(gradient);
+      // Close to a centre of curvature it is small but right: Gauss-Newton would creep.
+      if (newton(0, 0) > 0.0 && newton.determinant() > 1e-12 * hessian.determinant()) {
+        hessian = newton;
+      }
+      // What the rectangle cuts off the step can leave one that does not descend; the coordinates
+      // taken one by one always do.
       bool moved = false;
-      for (double factor = 1.0; factor > 1e-4; factor *= 0.5) {
-        const Eigen::Vector2d trial = (q + factor * step)
-                                          .cwiseMax(Eigen::Vector2d::Zero())
-                                          .cwiseMin(Eigen::Vector2d(upper[0], upper[1]));
-        const double trial_value = distance(trial.x(), trial.y());
-        if (trial_value < value) {
-          moved = (trial - q).norm() > 1e-14 * (m + n);
-          q = trial;
-          value = trial_value;
-          break;
+      for (const bool coupled : {true, false}) {
+        Eigen::Vector2d step = -hessian.ldlt().solve(gradient);
+        if (!coupled) {
+          for (int k = 0; k < 2; ++k) {
+            step[k] = hessian(k, k) > 0.0 ? -gradient[k] / hessian(k, k) : 0.0;
+          }
         }
+        for (double factor = 1.0; factor > 1e-4 && !moved; factor *= 0.5) {
+          const Eigen::Vector2d trial = (q + factor * step)
+                                            .cwiseMax(Eigen::Vector2d::Zero())
+                                            .cwiseMin(Eigen::Vector2d(upper[0], upper[1]));
+          const double trial_value = distance(trial.x(), trial.y());
+          if (trial_value < value) {
+            moved = (trial - q).norm() > 1e-14 * (m + n);
+            q = trial;
+            value = trial_value;
+          }
+        }
+        if (moved) break;
       }
       if (!moved) break;
     }

@@ -6,11 +6,13 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "costs/bending_energy.h"
 #include "costs/edge_moment.h"
 #include "costs/load_work.h"
 #include "costs/membrane_energy.h"
+#include "costs/stacked_cost.h"
 #include "costs/support.h"
 #include "geometry/quadrature.h"
 
@@ -321,22 +323,26 @@ void ShellProblem::AddParameters() {
 }
 
 void ShellProblem::AddStrainEnergies() {
-  const bool membrane = effect(Effect::kMembrane).on, bending = effect(Effect::kBending).on;
+  const bool tension_rows = options_.nonlinear && options_.tension_rows;
   for (int e = 0; e < surface_->num_elements(); ++e) {
-    const std::vector<double*> blocks = Blocks(surface_->control_vertices(e));
-    if (membrane) {
-      auto* cost = new MembraneEnergy(
-          points_[e], measure_, material_, options_.nonlinear && options_.tension_rows);
-      Record(Effect::kMembrane,
-             problem_->AddResidualBlock(cost, nullptr, blocks),
-             cost->num_residuals());
+    std::vector<std::unique_ptr<ceres::CostFunction>> costs;
+    const auto add = [&](Effect effect, std::unique_ptr<ceres::CostFunction> cost) {
+      EffectReport& report = effects_[static_cast<int>(effect)];
+      ++report.residual_blocks;
+      report.residuals += cost->num_residuals();
+      strain_energies_[effect == Effect::kMembrane ? 0 : 1].push_back(cost.get());
+      costs.push_back(std::move(cost));
+    };
+    if (effect(Effect::kMembrane).on) {
+      add(Effect::kMembrane,
+          std::make_unique<MembraneEnergy>(points_[e], measure_, material_, tension_rows));
     }
-    if (bending) {
-      auto* cost = new BendingEnergy(points_[e], measure_, material_);
-      Record(Effect::kBending,
-             problem_->AddResidualBlock(cost, nullptr, blocks),
-             cost->num_residuals());
+    if (effect(Effect::kBending).on) {
+      add(Effect::kBending, std::make_unique<BendingEnergy>(points_[e], measure_, material_));
     }
+    ceres::CostFunction* block =
+        costs.size() == 1 ? costs.front().release() : new StackedCost(std::move(costs));
+    problem_->AddResidualBlock(block, nullptr, Blocks(surface_->control_vertices(e)));
   }
 }
 
@@ -524,7 +530,27 @@ double ShellProblem::UpdateCorrection() {
   return change;
 }
 
+double ShellProblem::StrainEnergyOf(const std::vector<const ceres::CostFunction*>& costs) const {
+  double energy = 0.0;
+  std::vector<double> residuals;
+  std::vector<const double*> blocks;
+  for (size_t e = 0; e < costs.size(); ++e) {
+    blocks.clear();
+    for (const int vertex : surface_->control_vertices(static_cast<int>(e))) {
+      blocks.push_back(displacements_.col(vertex).data());
+    }
+    residuals.resize(costs[e]->num_residuals());
+    if (!costs[e]->Evaluate(blocks.data(), residuals.data(), nullptr)) {
+      return std::numeric_limits<double>::infinity();
+    }
+    energy += 0.5 * Eigen::Map<Eigen::VectorXd>(residuals.data(), residuals.size()).squaredNorm();
+  }
+  return energy;
+}
+
 double ShellProblem::Energy(Effect effect) {
+  if (effect == Effect::kMembrane) return StrainEnergyOf(strain_energies_[0]);
+  if (effect == Effect::kBending) return StrainEnergyOf(strain_energies_[1]);
   const auto& blocks = blocks_[static_cast<int>(effect)];
   if (blocks.empty()) return 0.0;
   ceres::Problem::EvaluateOptions options;

@@ -117,6 +117,7 @@ class ShellProblem {
   void AddLoads();
   std::vector<double*> Blocks(const std::vector<int>& vertices);
   ceres::ResidualBlockId Record(Effect effect, ceres::ResidualBlockId id, int residuals);
+  double StrainEnergyOf(const std::vector<const ceres::CostFunction*>& costs) const;
   Eigen::Matrix3Xd EvaluateGradient(const std::vector<ceres::ResidualBlockId>* blocks);
 
   Scene scene_;
@@ -143,6 +144,8 @@ class ShellProblem {
   std::vector<std::pair<int, const FollowerPressure*>> followers_;  // element, block
 
   EffectReport effects_[kNumEffects];
+  // Membrane and bending energy of each element, within the problem's blocks.
+  std::vector<const ceres::CostFunction*> strain_energies_[2];
   std::vector<ceres::ResidualBlockId> blocks_[kNumEffects];
   std::unique_ptr<ceres::Problem> problem_;
 };

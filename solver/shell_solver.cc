@@ -69,12 +69,13 @@ struct Equilibrium {
   double reference = 0.0;  // N
 };
 
-Equilibrium CheckEquilibrium(ShellProblem* problem) {
+// gradient_norm: of the present state where the caller knows it, else negative.
+Equilibrium CheckEquilibrium(ShellProblem* problem, double gradient_norm = -1.0) {
   Equilibrium result;
   const Eigen::Matrix3Xd supports = problem->Gradient(Effect::kSupports);
   const Eigen::Matrix3Xd loads = problem->Gradient(Effect::kLoads);
   result.reference = supports.norm() + loads.norm();
-  const double gradient = problem->Gradient().norm();
+  const double gradient = gradient_norm >= 0.0 ? gradient_norm : problem->Gradient().norm();
   result.relative_gradient = result.reference > 0.0 ? gradient / result.reference : gradient;
   return result;
 }
@@ -174,7 +175,7 @@ bool SolveLinear(ShellProblem* problem,
       *message = "the linear solver failed: " + ceres_summary.message;
       return false;
     }
-    *equilibrium = CheckEquilibrium(problem);
+    *equilibrium = CheckEquilibrium(problem, ceres_summary.iterations.back().gradient_norm);
     if (equilibrium->relative_gradient <= options.gradient_tolerance) return true;
     if (equilibrium->relative_gradient >= previous) {
       problem->displacements() = before;

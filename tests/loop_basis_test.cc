@@ -45,11 +45,10 @@ Body Icosahedron() {
   points << -1, 1, -1, 1, 0, 0, 0, 0, g, g, -g, -g,  //
       g, g, -g, -g, -1, 1, -1, 1, 0, 0, 0, 0,        //
       0, 0, 0, 0, g, g, -g, -g, -1, 1, -1, 1;
-  return Closed(points,
-                {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
-                 {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                 {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
-                 {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}});
+  return Closed(
+      points, {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+               {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+               {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}});
 }
 
 // Two apexes of valence `sides`, an equator of valence 4; no two control points alike.
@@ -129,11 +128,8 @@ Eigen::Matrix3Xd LimitPoints(const Body& body) {
 }
 
 // Rows of BasisRow as columns: the limit surface and its derivatives.
-Eigen::Matrix<double, 3, 6> Evaluate(const LoopBasis& basis,
-                                     const Eigen::Matrix3Xd& points,
-                                     int element,
-                                     double s,
-                                     double t) {
+Eigen::Matrix<double, 3, 6> Evaluate(
+    const LoopBasis& basis, const Eigen::Matrix3Xd& points, int element, double s, double t) {
   const BasisMatrix rows = basis.Evaluate(element, s, t);
   const auto& vertices = basis.control_vertices(element);
   EXPECT_EQ(static_cast<size_t>(rows.cols()), vertices.size());

@@ -175,13 +175,15 @@ TEST_P(ParameterDomainTest, PeriodicParametersAreBroughtIntoTheRange) {
     const double length = range[1] - range[0];
     for (const int turns : {-3, -1, 1, 2}) {
       const double parameter = range[0] + (0.3 + turns) * length;
-      EXPECT_NEAR(domain_.LatticeCoordinate(direction, parameter), 0.3 * divisions_[direction], 1e-12);
+      EXPECT_NEAR(
+          domain_.LatticeCoordinate(direction, parameter), 0.3 * divisions_[direction], 1e-12);
     }
     const int n = divisions_[direction];
     for (int k = -n; k <= 2 * n; ++k) {
       const int wrapped = ((k % n) + n) % n;
       const int a = direction == 0 ? domain_.VertexIndex(k, 0) : domain_.VertexIndex(0, k);
-      const int b = direction == 0 ? domain_.VertexIndex(wrapped, 0) : domain_.VertexIndex(0, wrapped);
+      const int b =
+          direction == 0 ? domain_.VertexIndex(wrapped, 0) : domain_.VertexIndex(0, wrapped);
       EXPECT_EQ(a, b);
     }
   }

@@ -80,13 +80,11 @@ TEST_P(TriangleQuadratureTest, IsUnchangedByPermutationsOfTheCorners) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Points,
-                         TriangleQuadratureTest,
-                         ::testing::Values(RuleDegree{1, 1},
-                                           RuleDegree{3, 2},
-                                           RuleDegree{6, 4},
-                                           RuleDegree{12, 6}),
-                         [](const auto& info) { return std::to_string(info.param.num_points); });
+INSTANTIATE_TEST_SUITE_P(
+    Points,
+    TriangleQuadratureTest,
+    ::testing::Values(RuleDegree{1, 1}, RuleDegree{3, 2}, RuleDegree{6, 4}, RuleDegree{12, 6}),
+    [](const auto& info) { return std::to_string(info.param.num_points); });
 
 TEST(TriangleQuadratureDeathTest, OtherNumbersOfPointsAreABrokenInvariant) {
   for (const int n : {-1, 0, 2, 4, 5, 7, 13}) EXPECT_FALSE(IsTriangleQuadrature(n)) << n;

@@ -348,10 +348,10 @@ TEST_P(CollapseTest, NotQuiteReachedIsFinite) {
   EXPECT_NEAR(e[0], k.segment<3>(6).dot(point_.n), 1e-9);
 }
 
-TEST_P(CollapseTest, InfiniteAndNanDisplacementsAreRefused) {
-  for (const double bad : {std::nan(""), HUGE_VAL}) {
+TEST_P(CollapseTest, NanDisplacementsAreRefused) {
+  for (int i = 0; i < 6; ++i) {
     Fifteen k = SeededUniform(15, 0.3, 85);
-    k[1] = bad;
+    k[i] = std::nan("");
     Vector3d e;
     EXPECT_FALSE(EvaluateBendingStrain(StrainMeasure::kKoiter, point_, k.data(), e.data()));
   }
