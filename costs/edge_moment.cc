@@ -45,7 +45,10 @@ bool EdgeMoment::EvaluateEnergy(double const* const* displacements,
         const Eigen::Vector3d across = axis.cross(rest);
         const Jet sine = deformed.dot(across.cast<Jet>());
         const Jet cosine = deformed.dot(rest.cast<Jet>());
-        if (sine.a == 0.0 && cosine.a == 0.0) {
+        // Up to rounding, also of a vector that is long itself.
+    const double size = 1.0 + deformed[0].a * deformed[0].a + deformed[1].a * deformed[1].a +
+                        deformed[2].a * deformed[2].a;
+    if (!(sine.a * sine.a + cosine.a * cosine.a > 1e-24 * size)) {
           defined = false;
           return Jet(0.0);
         }

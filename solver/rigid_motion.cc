@@ -1,6 +1,7 @@
 #include "solver/rigid_motion.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -10,25 +11,27 @@ namespace {
 // Relative size below which a component counts as rounding.
 constexpr double kNegligible = 1e-6;
 
-// Orthonormal basis of the null space, singular values relative to the largest possible one.
+// Orthonormal basis of the null space, singular values relative to the largest possible one of a
+// row. Not by a^T a: with ten thousand rows its rounding would hold what they leave free.
 Eigen::MatrixXd NullSpace(const Eigen::MatrixXd& a) {
   if (a.rows() == 0) return Eigen::MatrixXd::Identity(a.cols(), a.cols());
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(a.transpose() * a);
-  int free = 0;
-  while (free < eigen.eigenvalues().size() &&
-         eigen.eigenvalues()[free] < kNegligible * kNegligible) {
-    ++free;
-  }
-  return eigen.eigenvectors().leftCols(free);
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(a);
+  const Eigen::MatrixXd r =
+      qr.matrixQR().topRows(std::min(a.rows(), a.cols())).triangularView<Eigen::Upper>();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(r, Eigen::ComputeFullV);
+  const Eigen::Index held = (svd.singularValues().array() >= kNegligible).count();
+  return svd.matrixV().rightCols(a.cols() - held);
 }
 
-// "x", "-z" or "(0.6, 0.8, 0)".
+// "x" or "(0.6, 0.8, 0)"; the sign of a direction means nothing here.
 std::string DirectionName(Eigen::Vector3d direction) {
   direction.normalize();
   int largest;
   direction.cwiseAbs().maxCoeff(&largest);
   if (direction[largest] < 0.0) direction = -direction;
-  if (direction[largest] > 1.0 - kNegligible) return std::string(1, "xyz"[largest]);
+  if ((direction - Eigen::Vector3d::Unit(largest)).norm() < kNegligible) {
+    return std::string(1, "xyz"[largest]);
+  }
   std::ostringstream out;
   out.precision(4);
   out << "(";

@@ -612,6 +612,37 @@ Eigen::Vector3d ShellProblem::Reaction() const {
       reaction -= condition.stiffness * c * condition.direction;
     }
   }
+  if (supports_.fixed_vertices.empty()) return reaction;
+  // What holds a fixed vertex is what its elements and loads leave unbalanced there.
+  std::vector<char> fixed(displacements_.cols(), 0);
+  for (const int vertex : supports_.fixed_vertices) {
+    fixed[vertex] = 1;
+    reaction -= force_.col(vertex);
+  }
+  std::vector<double> residuals;
+  std::vector<Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>> jacobians;
+  for (const auto& costs : strain_energies_) {
+    for (size_t e = 0; e < costs.size(); ++e) {
+      const auto& vertices = surface_->control_vertices(static_cast<int>(e));
+      std::vector<const double*> blocks;
+      std::vector<double*> rows;
+      bool touches = false;
+      residuals.resize(costs[e]->num_residuals());
+      jacobians.resize(vertices.size());
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        touches = touches || fixed[vertices[i]];
+        blocks.push_back(displacements_.col(vertices[i]).data());
+        jacobians[i].resize(residuals.size(), 3);
+        rows.push_back(fixed[vertices[i]] ? jacobians[i].data() : nullptr);
+      }
+      if (!touches || !costs[e]->Evaluate(blocks.data(), residuals.data(), rows.data())) continue;
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        if (!fixed[vertices[i]]) continue;
+        reaction += jacobians[i].transpose() *
+                    Eigen::Map<const Eigen::VectorXd>(residuals.data(), residuals.size());
+      }
+    }
+  }
   return reaction;
 }
 

@@ -99,7 +99,7 @@ struct SolverSummary {
   double max_membrane_strain = 0.0;  // largest principal, absolute
   double max_rotation = 0.0;         // rad, of the normal
   double gradient_norm = 0.0;        // relative, see SolverOptions
-  double force_balance = 0.0;        // |loads + reactions| / (|loads| + |reactions|)
+  double force_balance = 0.0;        // resultant of loads and reactions, relative
   std::vector<LoadStep> steps;
   std::vector<std::string> decisions;  // what the solver chose and why, one line each
   double setup_s = 0.0, solve_s = 0.0;

@@ -39,7 +39,8 @@ template <typename Strain>
 double ExpectedEnergy(const LoopPatch& patch, const Material& material, const Strain& strain) {
   double energy = 0.0;
   for (int e = 0; e < patch.mesh.num_elements; ++e) {
-    for (const StrainPoint& p : *patch.Points(e)) {
+    const StrainPoints points = patch.Points(e);
+    for (const StrainPoint& p : *points) {
       energy +=
           p.area * EnergyDensity(material.BendingStiffness(), material.poisson_ratio, strain(p));
     }

@@ -92,7 +92,8 @@ TEST_P(MembranePatchTest, AffineMapHasClosedForm) {
       const Matrix3d& tensor = IsLinear(measure) ? linear : green;
       double expected = 0.0;
       for (int e = 0; e < patch_.mesh.num_elements; ++e) {
-        for (const StrainPoint& p : *patch_.Points(e)) {
+        const StrainPoints points = patch_.Points(e);
+        for (const StrainPoint& p : *points) {
           expected += p.area * EnergyDensity(material.MembraneStiffness(),
                                              nu,
                                              {p.t1.dot(tensor * p.t1),

@@ -127,7 +127,6 @@ TEST(FreeMotionsTest, RowsCountByTheirDirectionNotByTheirSize) {
 TEST(FreeMotionsTest, ManyRowsLeaveTheirCommonMotionFree) {
   std::mt19937 gen(55002);
   std::normal_distribution<double> normal(0.0, 1.0);
-  const RigidFrame frame = Frame();
   Vector6 motion;
   motion << 0.3, -0.2, 0.5, 0.7, 0.1, -0.4;
   motion.normalize();
@@ -137,7 +136,7 @@ TEST(FreeMotionsTest, ManyRowsLeaveTheirCommonMotionFree) {
     const Eigen::MatrixXd free = FreeMotions(rows, Eigen::MatrixXd::Identity(6, 6));
     ASSERT_EQ(free.cols(), 1) << count;
     EXPECT_NEAR(std::abs(free.col(0).dot(motion)), 1.0, 1e-12);
-    // Five of the same directions from far fewer independent rows.
+    // The same condition over and over holds one.
     const Eigen::MatrixXd one = rows.topRows(1).replicate(count, 1);
     EXPECT_EQ(FreeMotions(one, Eigen::MatrixXd::Identity(6, 6)).cols(), 5) << count;
   }

@@ -469,6 +469,7 @@ struct LoopPatch {
   std::shared_ptr<const LoopBasis> basis;
   Eigen::Matrix3Xd positions;  // X_i
 
+  // Keep the result in a variable: `for (... : *patch.Points(e))` runs over freed memory.
   // `turn`: how t1 is turned away from the element's first axis (an angle of the parameters).
   StrainPoints Points(int element,
                       const std::vector<TrianglePoint>& rule,
@@ -515,7 +516,8 @@ struct LoopPatch {
   double Area(int num_points = 3) const {
     double area = 0.0;
     for (int e = 0; e < mesh.num_elements; ++e) {
-      for (const StrainPoint& point : *Points(e, num_points)) area += point.area;
+      const StrainPoints points = Points(e, num_points);
+      for (const StrainPoint& point : *points) area += point.area;
     }
     return area;
   }
