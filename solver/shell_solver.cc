@@ -98,19 +98,23 @@ double RoundingFloor(ShellProblem* problem, double reference) {
   return reference > 0.0 ? change / reference : 0.0;
 }
 
+// Over the lattice vertices and one point inside each element.
 double MaxDisplacement(const ShellProblem& problem) {
+  const ParameterDomain& domain = problem.surface().domain();
   double largest = 0.0;
-  for (const int corner : {0, 1, 2}) {
-    for (int e = 0; e < problem.surface().num_elements(); e += 1) {
-      const auto& vertices = problem.surface().control_vertices(e);
-      const StrainPoint& p = (*problem.strain_points()[e])[std::min<size_t>(
-          corner, problem.strain_points()[e]->size() - 1)];
-      Eigen::Vector3d u = Eigen::Vector3d::Zero();
-      for (size_t i = 0; i < vertices.size(); ++i) {
-        u += p.weights(kRowValue, i) * problem.displacements().col(vertices[i]);
-      }
-      largest = std::max(largest, u.norm());
+  for (int j = 0; j <= domain.options().divisions[1]; ++j) {
+    for (int i = 0; i <= domain.options().divisions[0]; ++i) {
+      largest = std::max(largest, problem.Displacement(domain.LocateLattice(i, j)).norm());
     }
+  }
+  for (int e = 0; e < problem.surface().num_elements(); ++e) {
+    const auto& vertices = problem.surface().control_vertices(e);
+    const StrainPoint& p = problem.strain_points()[e]->front();
+    Eigen::Vector3d u = Eigen::Vector3d::Zero();
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      u += p.weights(kRowValue, i) * problem.displacements().col(vertices[i]);
+    }
+    largest = std::max(largest, u.norm());
   }
   return largest;
 }
@@ -166,6 +170,7 @@ bool SolveLinear(ShellProblem* problem,
   ceres_options.max_trust_region_radius = 1e20;
   ceres_options.max_num_iterations = 1;
   ceres_options.gradient_tolerance = 0.0;
+  ceres_options.jacobi_scaling = false;  // Cholesky's answer does not depend on it, its cost does.
   *iterations = 0;
   double previous = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < 3; ++pass) {

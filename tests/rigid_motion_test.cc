@@ -70,7 +70,8 @@ TEST(RigidFrameTest, RowsAreWhatTheMotionDoes) {
     const auto displacement = [&](const Eigen::Vector3d& at) -> Eigen::Vector3d {
       return translation + rotation.cross(at - frame.center);
     };
-    EXPECT_NEAR(frame.DisplacementRow(x, direction) * motion, direction.dot(displacement(x)), 1e-14);
+    EXPECT_NEAR(
+        frame.DisplacementRow(x, direction) * motion, direction.dot(displacement(x)), 1e-14);
     const Eigen::Vector3d derivative = displacement(x + tangent) - displacement(x);
     EXPECT_NEAR(frame.DerivativeRow(tangent, direction) * motion,
                 direction.dot(derivative) * frame.length,
@@ -81,8 +82,7 @@ TEST(RigidFrameTest, RowsAreWhatTheMotionDoes) {
 TEST(FreeMotionsTest, NoRowsLeaveAllThatIsAllowed) {
   EXPECT_EQ(FreeMotions(Eigen::MatrixXd(0, 6), Eigen::MatrixXd::Identity(6, 6)).cols(), 6);
   // Rows of zeros hold nothing.
-  EXPECT_EQ(
-      FreeMotions(Eigen::MatrixXd::Zero(4, 6), Eigen::MatrixXd::Identity(6, 6)).cols(), 6);
+  EXPECT_EQ(FreeMotions(Eigen::MatrixXd::Zero(4, 6), Eigen::MatrixXd::Identity(6, 6)).cols(), 6);
   const Eigen::MatrixXd allowed = Eigen::MatrixXd::Identity(6, 6).leftCols(2);
   EXPECT_EQ(FreeMotions(Eigen::MatrixXd(0, 6), allowed).cols(), 2);
 }
@@ -170,9 +170,8 @@ TEST(NameMotionsTest, TwoHeldPointsLeaveTheRotationAboutTheirLine) {
   const auto names =
       Holds(Frame({0, 0, 0}, 3.0)).At({1, 1, 0}, {kX, kY, kZ}).At({4, 5, 0}, {kX, kY, kZ}).Names();
   // The line through (1, 1) and (4, 5): nearest to the origin at (4, -3) / 25.
-  EXPECT_THAT(
-      names,
-      ElementsAre("rotation about the axis through (0.16, -0.12, 0) along (0.6, 0.8, 0)"));
+  EXPECT_THAT(names,
+              ElementsAre("rotation about the axis through (0.16, -0.12, 0) along (0.6, 0.8, 0)"));
 }
 
 TEST(NameMotionsTest, ThreeHeldPointsLeaveNothing) {
