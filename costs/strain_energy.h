@@ -25,7 +25,7 @@ using StrainPoints = std::shared_ptr<const std::vector<StrainPoint>>;
 //
 // i.e. r = sqrt(B dA) L^T e, L the Cholesky factor of C; three residuals per quadrature point, in
 // sqrt(J). One residual block holds the points of one element, because Ceres' cost per block is
-// several times that of a point (tests/strain_energy_benchmark.cc); a block of a single point is
+// several times that of a point (tests/kernel_benchmark.cc); a block of a single point is
 // the same code.
 //
 // Autodiff runs over the Kernel::kInputs kinematic numbers of a point; the weights that make them

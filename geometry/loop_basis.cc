@@ -172,40 +172,59 @@ std::vector<int> FindRegularRing(const Adjacency& adjacency, const std::array<in
 
 }  // namespace
 
-Eigen::Matrix<double, 6, 12> EvaluateRegularLoopBasis(double s, double t) {
-  const double corner[3] = {1.0 - s - t, s, t};
-  double power[3][5];
-  for (int i = 0; i < 3; ++i) {
-    power[i][0] = 1.0;
-    for (int k = 1; k < 5; ++k) power[i][k] = power[i][k - 1] * corner[i];
-  }
-  // d^n/dx^n x^e
-  const auto derivative = [&](int i, int e, int n) {
-    if (n > e) return 0.0;
-    double factor = 1.0;
-    for (int k = 0; k < n; ++k) factor *= e - k;
-    return factor * power[i][e - n];
-  };
-  Eigen::Matrix<double, 6, 12> basis;
-  basis.setZero();
+namespace {
+
+// Monomials s^i t^j with i + j <= 4, and their index in a row of 15.
+constexpr int kMonomials = 15;
+int MonomialIndex(int i, int j) { return (i + j) * (i + j + 1) / 2 + j; }
+
+// Coefficients of the twelve polynomials in monomials of s and t: u = 1 - s - t, v = s, w = t.
+Eigen::Matrix<double, kMonomials, 12> MakeCoefficients() {
+  Eigen::Matrix<double, kMonomials, 12> coefficients;
+  coefficients.setZero();
+  const auto factorial = [](int n) { return std::tgamma(n + 1.0); };
   for (int column = 0; column < 12; ++column) {
     for (const Monomial& m : RegularPolynomials()[column]) {
-      const int e[3] = {m.a, m.b, m.d};
-      const auto partial = [&](int nu, int nv, int nw) {
-        return m.c / 12.0 * derivative(0, e[0], nu) * derivative(1, e[1], nv) *
-               derivative(2, e[2], nw);
-      };
-      // u = 1 - s - t, v = s, w = t.
-      basis(kValue, column) += partial(0, 0, 0);
-      basis(kDs, column) += partial(0, 1, 0) - partial(1, 0, 0);
-      basis(kDt, column) += partial(0, 0, 1) - partial(1, 0, 0);
-      basis(kDss, column) += partial(0, 2, 0) - 2.0 * partial(1, 1, 0) + partial(2, 0, 0);
-      basis(kDtt, column) += partial(0, 0, 2) - 2.0 * partial(1, 0, 1) + partial(2, 0, 0);
-      basis(kDst, column) +=
-          partial(0, 1, 1) - partial(1, 1, 0) - partial(1, 0, 1) + partial(2, 0, 0);
+      for (int i = 0; i <= m.a; ++i) {
+        for (int j = 0; i + j <= m.a; ++j) {
+          const double multinomial =
+              std::round(factorial(m.a) / (factorial(i) * factorial(j) * factorial(m.a - i - j)));
+          coefficients(MonomialIndex(i + m.b, j + m.d), column) +=
+              ((i + j) % 2 == 0 ? 1.0 : -1.0) * multinomial * m.c / 12.0;
+        }
+      }
     }
   }
-  return basis;
+  return coefficients;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, 6, 12> EvaluateRegularLoopBasis(double s, double t) {
+  static const auto* const coefficients =
+      new Eigen::Matrix<double, kMonomials, 12>(MakeCoefficients());
+  // Powers and their first and second derivatives.
+  double p[2][3][5];
+  for (int axis = 0; axis < 2; ++axis) {
+    const double x = axis == 0 ? s : t;
+    double power = 1.0;
+    for (int k = 0; k < 5; ++k) {
+      p[axis][0][k] = power;
+      power *= x;
+    }
+    p[axis][1][0] = p[axis][2][0] = p[axis][2][1] = 0.0;
+    for (int k = 1; k < 5; ++k) p[axis][1][k] = k * p[axis][0][k - 1];
+    for (int k = 2; k < 5; ++k) p[axis][2][k] = k * p[axis][1][k - 1];
+  }
+  Eigen::Matrix<double, 6, kMonomials> monomials;
+  for (int i = 0; i < 5; ++i) {
+    for (int j = 0; i + j < 5; ++j) {
+      monomials.col(MonomialIndex(i, j)) << p[0][0][i] * p[1][0][j], p[0][1][i] * p[1][0][j],
+          p[0][0][i] * p[1][1][j], p[0][2][i] * p[1][0][j], p[0][1][i] * p[1][1][j],
+          p[0][0][i] * p[1][2][j];
+    }
+  }
+  return monomials.lazyProduct(*coefficients);
 }
 
 struct LoopBasis::Irregular {

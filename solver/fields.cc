@@ -24,7 +24,7 @@ double Contract(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 }
 
 double VonMises(const Eigen::Vector3d& s) {
-  // (s11 - s22)^2 + s11 s22: no cancellation, so the root's argument is never below zero.
+  // s11^2 - s11 s22 + s22^2 as a sum of squares: the root's argument is never below zero.
   const double mean = 0.5 * (s[0] + s[1]), deviation = 0.5 * (s[0] - s[1]);
   return std::sqrt(mean * mean + 3.0 * (deviation * deviation + s[2] * s[2]));
 }

@@ -349,12 +349,14 @@ bool MakeSupportConditions(const Scene& scene,
       if (ring_rule) {
         AddFixedRings(support, side, surface, result);
         for (const auto& edge : surface.SidePoints(side, 1)) {  // for the rigid-motion check only
-          for (int c = 0; c < 3; ++c) {
-            PlacedCondition held = Place({Eigen::Vector3d::Unit(c), false, {0.0, 0.0}, 0.0, 0.0},
-                                         surface.control_vertices(edge.at.element),
-                                         edge.point,
-                                         frame);
-            result->conditions.push_back(held);
+          std::vector<Row> rows;
+          AddDisplacementRows(support, Eigen::Vector3d::Zero(), 0.0, &rows);
+          if (support.kind == SupportSpec::Kind::kClamped) {
+            rows.push_back({edge.point.n, true, edge.conormal, 0.0, 0.0});
+          }
+          for (const Row& row : rows) {
+            result->conditions.push_back(
+                Place(row, surface.control_vertices(edge.at.element), edge.point, frame));
           }
         }
       } else {

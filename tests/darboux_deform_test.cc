@@ -5,7 +5,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -374,15 +376,19 @@ TEST_F(DarbouxDeformTest, UnitsDoNotMatter) {
   struct Quantity {
     const char* path;
     double factor;  // mm, N -> m, N
+    double tolerance;
   };
-  for (const Quantity& quantity : {Quantity{"/probes/centre/displacement/z", 1e-3},
-                                   Quantity{"/energy/total", 1e-3},
-                                   Quantity{"/energy/bending", 1e-3},
-                                   Quantity{"/supports/reaction/z", 1.0},
-                                   Quantity{"/max_displacement", 1e-3},
-                                   Quantity{"/max_rotation", 1.0}}) {
+  // A reaction is no better than the equilibrium: one Gauss-Newton step leaves a relative gradient
+  // of some 1e-9, which the two systems of units round differently.
+  for (const Quantity& quantity : {Quantity{"/probes/centre/displacement/z", 1e-3, 1e-9},
+                                   Quantity{"/energy/total", 1e-3, 1e-9},
+                                   Quantity{"/energy/bending", 1e-3, 1e-9},
+                                   Quantity{"/max_displacement", 1e-3, 1e-9},
+                                   Quantity{"/max_rotation", 1.0, 1e-9},
+                                   Quantity{"/supports/reaction/z", 1.0, 1e-8}}) {
     const double expected = quantity.factor * value(millimetres, quantity.path);
-    EXPECT_NEAR(value(metres, quantity.path), expected, 1e-9 * std::abs(expected)) << quantity.path;
+    EXPECT_NEAR(value(metres, quantity.path), expected, quantity.tolerance * std::abs(expected))
+        << quantity.path;
   }
 }
 

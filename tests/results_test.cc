@@ -1,6 +1,7 @@
 #include "solver/results.h"
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -15,7 +16,7 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <numeric>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <string>
