@@ -203,7 +203,7 @@ bool IsQuantity(const std::string& text) {
 std::string DivisionsAllowed(const std::array<int, 2>& divisions,
                              const std::array<bool, 2>& periodic) {
   for (int i = 0; i < 2; ++i) {
-    const int least = periodic[i] ? 3 : 1;
+    const int least = periodic[i] ? 4 : 1;
     if (divisions[i] < least) {
       return "an integer >= " + std::to_string(least) + " for " + (i == 0 ? "u" : "v") +
              (periodic[i] ? ", which is periodic" : "");

@@ -248,8 +248,11 @@ bool ShellProblem::HoldRigidMotions(std::string* error) {
   constexpr double kBalance = 1e-6;
   const Eigen::VectorXd work = motions.transpose() * dead_loads_.rigid_work;
   if (work.norm() > kBalance * dead_loads_.rigid_scale) {
-    *error =
-        scene_.surface.location.file + ": supports: found nothing that holds the shell against ";
+    // Where the supports stand, or else where they are missing.
+    const SceneLocation& where =
+        scene_.supports.empty() ? scene_.surface.location : scene_.supports.front().location;
+    *error = where.file + ":" + std::to_string(where.line) +
+             ": supports: found nothing that holds the shell against ";
     for (size_t i = 0; i < free_motions_.size(); ++i) {
       *error += (i == 0 ? "" : "; ") + free_motions_[i];
     }

@@ -670,7 +670,7 @@ std::vector<Mistake> Mistakes() {
                    "  v: [0, 2*pi]\n"
                    "  divisions: [2, 8]\n"
                    "  periodic: [true, true]\n"),
-       "7: surface.divisions: found [2, 8]; allowed an integer >= 3 for u, which is "
+       "7: surface.divisions: found [2, 8]; allowed an integer >= 4 for u, which is "
        "periodic"},
       {"GradingPeriodic",
        WithSurface("  kind: torus\n"
@@ -1404,7 +1404,7 @@ INSTANTIATE_TEST_SUITE_P(
         Divisions("99999999999,8", "M,N with two integers > 0"),
         Divisions("0,8", "an integer >= 1 for u"),
         Divisions("-1,8", "an integer >= 1 for u"),
-        Divisions("16,2", "an integer >= 3 for v, which is periodic"),
+        Divisions("16,2", "an integer >= 4 for v, which is periodic"),
         Divisions("10000,10000", "at most 10000000 vertices")));
 
 // ---- Names -----------------------------------------------------------------------------------
