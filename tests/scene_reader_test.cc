@@ -74,7 +74,7 @@ shell: {thickness: 0.01, young_modulus: 1e9, poisson_ratio: 0}
 )yaml";
 
 constexpr char kTyre[] = R"yaml(name: tyre
-surface: {kind: torus, radii: [3, 1], u: [0, 2*pi], v: [-pi, pi], divisions: [9, 3],
+surface: {kind: torus, radii: [3, 1], u: [0, 2*pi], v: [-pi, pi], divisions: [9, 4],
           periodic: [true, true]}
 shell: {thickness: 0.01, young_modulus: 1, poisson_ratio: 0.5}
 )yaml";
@@ -310,7 +310,7 @@ TEST(SceneReaderTest, ClosedDirectionsMayBePeriodic) {
   EXPECT_EQ(torus.surface.periodic, (std::array<bool, 2>{true, true}));
   const Scene pipe = Parse(R"yaml(
 name: pipe
-surface: {kind: cylinder, radius: 1, u: [0, 1], v: [0, 6.283185], divisions: [1, 3],
+surface: {kind: cylinder, radius: 1, u: [0, 1], v: [0, 6.283185], divisions: [1, 4],
           periodic: [false, true], grading: [0.5, 0]}
 shell: {thickness: 0.01, young_modulus: 1, poisson_ratio: -0.99}
 supports: [{on: rim, clamped: true}]
