@@ -429,6 +429,51 @@ probes:
   EXPECT_NEAR(EffectNamed(solution.summary, "bending").energy, expected, 1e-4 * expected);
 }
 
+TEST(ShellSolverTest, MirrorPlanesOfAnyNormalReplaceTheOtherHalf) {
+  // A barrel vault in a skew position, whole and cut in half at its crown.
+  const auto run = [](const std::string& range, int divisions, const std::string& side) {
+    return SolveScene(SceneFromText(R"yaml(
+name: vault
+surface:
+  kind: expression
+  position:   # x = sin v along (0.8, 0.6, 0), y = u along (0, 0, 1), height cos v
+    - "0.8*sin(v) - 0.6*cos(v)"
+    - "0.6*sin(v) + 0.8*cos(v)"
+    - "u"
+  u: [0, 2]
+  v: )yaml" + range + R"yaml(
+  divisions: [10, )yaml" + std::to_string(divisions) + R"yaml(]
+shell: {thickness: 0.02, young_modulus: 1.0e6, poisson_ratio: 0.3}
+model: {theory: nonlinear}
+supports:
+  - {on: u_min, clamped: true}
+  - {on: u_max, fix: [z]}
+  )yaml" + side + R"yaml(
+loads:
+  - {kind: traction, force: [0.6, -0.8, 0]}   # down
+probes:
+  - {name: crown, at: {uv: [1, 0]}}
+)yaml"));
+  };
+  const Solution whole = run("[-0.6, 0.6]", 12, "");
+  const Solution half = run("[0, 0.6]", 6, "- {on: v_min, symmetry: [0.8, 0.6, 0]}");
+  EXPECT_GT(whole.Probe().norm(), 1e-3);
+  EXPECT_LE((whole.Probe() - half.Probe()).norm(), 2e-3 * whole.Probe().norm());
+  EXPECT_NEAR(2.0 * half.summary.energy_total,
+              whole.summary.energy_total,
+              2e-3 * std::abs(whole.summary.energy_total));
+}
+
+TEST(ShellSolverTest, SideThatIsNoMirrorPlaneIsRefused) {
+  std::unique_ptr<ShellProblem> problem;
+  SolverSummary summary;
+  std::string error;
+  const Scene scene = SceneFromText(Replace(kCylinder, "symmetry: y", "symmetry: [0, 1, 1]"));
+  EXPECT_FALSE(Solve(scene, SolverOptions(), &problem, &summary, &error));
+  EXPECT_THAT(error, HasSubstr("test.yaml:9: supports[2]"));
+  EXPECT_THAT(error, HasSubstr("mirror symmetry"));
+}
+
 TEST(ShellSolverTest, StopFlagKeepsAFiniteState) {
   Scene scene = SceneFromText(Replace(kPlate, "value: 1}", "value: 10}"));
   scene.model.theory = Theory::kNonlinear;
