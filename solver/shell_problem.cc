@@ -122,13 +122,17 @@ ShellProblem::ShellProblem(const Scene& scene, const Options& options)
                                                 : ShellSurface::Ghosts::kIndependent);
   points_.reserve(surface_->num_elements());
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  double area = 0.0;
   for (int e = 0; e < surface_->num_elements(); ++e) {
     points_.push_back(std::make_shared<const std::vector<StrainPoint>>(
         surface_->QuadraturePoints(e, scene.model.quadrature)));
-    for (const StrainPoint& point : *points_.back()) center += point.area * point.position;
+    for (const StrainPoint& point : *points_.back()) {
+      center += point.area * point.position;
+      area += point.area;
+    }
     num_quadrature_points_ += static_cast<int>(points_.back()->size());
   }
-  frame_.center = center / surface_->area();
+  frame_.center = center / area;
   frame_.length = surface_->size();
   displacements_ = Eigen::Matrix3Xd::Zero(3, surface_->mesh().num_vertices);
 }

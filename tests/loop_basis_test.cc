@@ -7,7 +7,6 @@
 #include <map>
 #include <random>
 #include <set>
-#include <string>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -334,17 +333,13 @@ TEST(LoopBasisTest, ControlVerticesOfARegularElementAreItsTwelveNearest) {
 }
 
 TEST(LoopBasisDeathTest, ElementsOnTheMeshBoundaryAreABrokenInvariant) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // A BLAS may have started threads.
   ControlMesh mesh;
   mesh.num_vertices = 3;
   mesh.num_elements = 1;
   mesh.triangles = {{0, 1, 2}};
   EXPECT_DEATH(LoopBasis{mesh}, "lies on the boundary of the control mesh");
 }
-
-struct NamedBody {
-  std::string name;
-  Body body;
-};
 
 class IrregularLoopBasisTest : public ::testing::TestWithParam<int> {
  protected:
@@ -492,6 +487,29 @@ TEST(LoopBasisTest, IsTwiceDifferentiableAcrossIrregularEdges) {
     EXPECT_LT((a.col(kValue) - b.col(kValue)).norm(), 1e-12);
     EXPECT_LT((a.middleCols<2>(kDs) + b.middleCols<2>(kDs)).norm(), 1e-11);
     EXPECT_LT((a.rightCols<3>() - b.rightCols<3>()).norm(), 1e-9);
+  }
+}
+
+// Nor does it jump, or change its sign, on the lines along which subdivision splits an element.
+TEST(LoopBasisTest, SecondDerivativesAreContinuousWithinIrregularElements) {
+  const Body body = DoublePyramid(7);
+  const LoopBasis basis(body.mesh);
+  for (const double x : {0.07, 0.19, 0.31, 0.44}) {
+    for (const auto& st : std::vector<std::array<double, 2>>{{x, 0.5 - x},
+                                                             {0.5, x},
+                                                             {x, 0.5},
+                                                             {0.5 * x, 0.25 - 0.5 * x},
+                                                             {0.25, 0.5 * x},
+                                                             {0.5 * x, 0.25},
+                                                             {0.75, 0.5 * x}}) {
+      const auto on = Evaluate(basis, body.points, 0, st[0], st[1]);
+      for (const double ds : {-1e-9, 1e-9}) {
+        for (const double dt : {-1e-9, 1e-9}) {
+          const auto beside = Evaluate(basis, body.points, 0, st[0] + ds, st[1] + dt);
+          EXPECT_LT((on - beside).norm(), 1e-6 * on.norm()) << st[0] << ", " << st[1];
+        }
+      }
+    }
   }
 }
 

@@ -344,6 +344,7 @@ TEST(ParameterDomainTest, GhostsAreOppositeTheirTriangleAcrossTheBoundary) {
 }
 
 TEST(ParameterDomainDeathTest, ImpossibleOptionsAreBrokenInvariants) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // A BLAS may have started threads.
   EXPECT_DEATH(ParameterDomain(MakeOptions({0, 3})), "");
   EXPECT_DEATH(ParameterDomain(MakeOptions({3, 3}, {true, false})), "");
   ParameterDomain::Options graded = MakeOptions({4, 4});

@@ -51,7 +51,7 @@ TEST_P(TriangleQuadratureTest, IsNotExactOneDegreeAbove) {
     const double exact = ExactMonomial(a, degree - a);
     largest = std::max(largest, std::abs(Integrate(rule_, a, degree - a) - exact) / exact);
   }
-  EXPECT_GT(largest, 1e-3);
+  EXPECT_GT(largest, 5e-4);
 }
 
 // A negative weight would give a strain energy that is not positive.
@@ -87,6 +87,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& info) { return std::to_string(info.param.num_points); });
 
 TEST(TriangleQuadratureDeathTest, OtherNumbersOfPointsAreABrokenInvariant) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // A BLAS may have started threads.
   for (const int n : {-1, 0, 2, 4, 5, 7, 13}) EXPECT_FALSE(IsTriangleQuadrature(n)) << n;
   EXPECT_DEATH(TriangleQuadrature(4), "no triangle rule of 4 points");
 }
@@ -130,6 +131,7 @@ TEST_P(LineQuadratureTest, AscendsWithinTheIntervalAndIsSymmetric) {
 INSTANTIATE_TEST_SUITE_P(Points, LineQuadratureTest, ::testing::Range(1, 6));
 
 TEST(LineQuadratureDeathTest, OtherNumbersOfPointsAreABrokenInvariant) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // A BLAS may have started threads.
   EXPECT_DEATH(LineQuadrature(0), "no line rule of 0 points");
   EXPECT_DEATH(LineQuadrature(6), "no line rule of 6 points");
 }

@@ -232,6 +232,7 @@ TEST(StrainPointTest, RowsDoNotDependOnTheElementCoordinates) {
 }
 
 TEST(StrainPointDeathTest, DegenerateSurfacesAreABrokenInvariant) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // A BLAS may have started threads.
   // The pole of the sphere in its own parameters, without rounding: x_u = 0.
   RestJet pole = RestOf(MakeSphere(1.0)->Evaluate(0.0, 0.5 * M_PI));
   pole.x_s.setZero();
