@@ -30,16 +30,30 @@ struct Deadline {
   double Remaining() const { return limit_s > 0.0 ? std::max(limit_s - Since(start), 0.01) : 1e9; }
 };
 
+// Ends Ceres' iteration when the Euclidean norm of the gradient is small enough (Ceres itself tests
+// the largest component), when the user stops it, or when time is up.
 class StopCallback : public ceres::IterationCallback {
  public:
-  explicit StopCallback(const Deadline& deadline) : deadline_(deadline) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
+  StopCallback(const Deadline& deadline, double gradient)
+      : deadline_(deadline), gradient_(gradient) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (summary.step_is_successful && summary.gradient_norm <= gradient_) {
+      return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    }
+    // A rejected step whose change of energy is lost in the energy's own rounding: energies cannot
+    // tell any more, only the gradient can, and the caller asks it.
+    constexpr double kRounding = 1e3 * std::numeric_limits<double>::epsilon();
+    if (!summary.step_is_successful && summary.step_is_valid &&
+        std::abs(summary.cost_change) <= kRounding * std::abs(summary.cost)) {
+      return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+    }
     return deadline_.Stopped() || deadline_.TimedOut() ? ceres::SOLVER_ABORT
                                                        : ceres::SOLVER_CONTINUE;
   }
 
  private:
   const Deadline& deadline_;
+  double gradient_;
 };
 
 ceres::SparseLinearAlgebraLibraryType BackendOf(SparseBackend backend) {
@@ -66,7 +80,8 @@ ceres::Solver::Options CeresOptions(const SolverOptions& options) {
 // The force scale that gradients are measured against, and the relative gradient.
 struct Equilibrium {
   double relative_gradient = 0.0;
-  double reference = 0.0;  // N
+  double reference = 0.0;  // N, loads and reactions
+  double loads = 0.0;      // N, loads alone
 };
 
 // gradient_norm: of the present state where the caller knows it, else negative.
@@ -74,15 +89,16 @@ Equilibrium CheckEquilibrium(ShellProblem* problem, double gradient_norm = -1.0)
   Equilibrium result;
   const Eigen::Matrix3Xd supports = problem->Gradient(Effect::kSupports);
   const Eigen::Matrix3Xd loads = problem->Gradient(Effect::kLoads);
-  result.reference = supports.norm() + loads.norm();
+  result.loads = loads.norm();
+  result.reference = supports.norm() + result.loads;
   const double gradient = gradient_norm >= 0.0 ? gradient_norm : problem->Gradient().norm();
   result.relative_gradient = result.reference > 0.0 ? gradient / result.reference : gradient;
   return result;
 }
 
 // Relative change of the gradient when every unknown moves by one unit of rounding: no state in
-// double can be told from equilibrium below about ten times it (a residual sums a dozen terms). Matters for supports and membranes that are stiff
-// against a large displacement.
+// double can be told from equilibrium below about ten times it (a residual sums a dozen terms).
+// Matters for supports and membranes that are stiff against a large displacement.
 constexpr double kRoundings = 10.0;
 
 double RoundingFloor(ShellProblem* problem, double reference) {
@@ -272,11 +288,11 @@ bool SolveNonlinear(ShellProblem* problem,
     ceres_options.initial_trust_region_radius = kInitialRadius;
     ceres_options.max_num_iterations = options.max_iterations - *iterations;
     ceres_options.max_solver_time_in_seconds = deadline.Remaining();
-    // Ceres' norm is the largest component; the test below is on the Euclidean norm.
-    ceres_options.gradient_tolerance =
-        0.3 * options.gradient_tolerance * equilibrium->reference /
-        std::sqrt(static_cast<double>(std::max(problem->num_unknowns(), 1)));
-    StopCallback stop(deadline);
+    ceres_options.gradient_tolerance = 0.0;
+    // Reactions are still to be found; the loads alone are a scale on the safe side.
+    StopCallback stop(deadline,
+                      options.gradient_tolerance *
+                          (equilibrium->loads > 0.0 ? equilibrium->loads : equilibrium->reference));
     ceres_options.callbacks.push_back(&stop);
     ceres::Solver::Summary ceres_summary;
     ceres::Solve(ceres_options, problem->problem(), &ceres_summary);
@@ -291,7 +307,8 @@ bool SolveNonlinear(ShellProblem* problem,
       return false;
     }
     if (equilibrium->relative_gradient > options.gradient_tolerance &&
-        equilibrium->relative_gradient > kRoundings * RoundingFloor(problem, equilibrium->reference)) {
+        equilibrium->relative_gradient >
+            kRoundings * RoundingFloor(problem, equilibrium->reference)) {
       std::ostringstream text;
       text << "relative gradient " << equilibrium->relative_gradient << " after " << *iterations
            << " iterations";
@@ -375,8 +392,8 @@ void Finish(ShellProblem* problem,
   summary->reaction = problem->Reaction();
   summary->applied_force = problem->AppliedForce();
   // Self-equilibrated loads have no resultant: then the size of their nodal forces is the scale.
-  const double forces = std::max(summary->reaction.norm() + summary->applied_force.norm(),
-                                 equilibrium.reference);
+  const double forces =
+      std::max(summary->reaction.norm() + summary->applied_force.norm(), equilibrium.reference);
   summary->force_balance =
       forces > 0.0 ? (summary->reaction + summary->applied_force).norm() / forces : 0.0;
   summary->gradient_norm = equilibrium.relative_gradient;
