@@ -9,6 +9,9 @@
 #include <system_error>
 #include <type_traits>
 #include <utility>
+#include <vector>
+
+#include "geometry/nearest_name.h"
 
 namespace darboux {
 
@@ -54,25 +57,6 @@ std::string Quote(std::string_view text) {
     }
   }
   return quoted + "'";
-}
-
-// Insertions, deletions, replacements and swaps of neighbours that turn a into b, whatever the case
-// of the letters.
-size_t EditDistance(std::string_view a_text, std::string_view b_text) {
-  const std::string a = Lower(a_text), b = Lower(b_text);
-  std::vector<std::vector<size_t>> d(a.size() + 1, std::vector<size_t>(b.size() + 1));
-  for (size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
-  for (size_t j = 0; j <= b.size(); ++j) d[0][j] = j;
-  for (size_t i = 1; i <= a.size(); ++i) {
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t replaced = d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
-      d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, replaced});
-      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
-        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
-      }
-    }
-  }
-  return d[a.size()][b.size()];
 }
 
 // What people write for things that have another name here.
@@ -352,20 +336,14 @@ class ExpressionParser {
     for (const Synonym& synonym : kNameSynonyms) {
       if (Lower(name.text) == synonym.wrong) best = synonym.right;
     }
-    // A third of the letters may be wrong; a name of one letter only in its case.
-    constexpr size_t kLongestName = 40;  // Anything longer resembles nothing.
-    if (best.empty() && name.text.size() <= kLongestName) {
-      size_t limit = name.text.size() < 2 ? 0 : std::max<size_t>(1, name.text.size() / 3);
-      const auto consider = [&](const std::string& known) {
-        const size_t distance = EditDistance(name.text, known);
-        if (distance > limit || distance >= known.size()) return;
-        if (best.empty() || distance < EditDistance(name.text, best)) best = known;
-      };
+    if (best.empty()) {
+      std::vector<std::string> known;
       if (!is_call) {
-        for (const std::string& variable : variables_) consider(variable);
-        consider("pi");
+        known = variables_;
+        known.push_back("pi");
       }
-      for (const Function& function : kFunctions) consider(function.name);
+      for (const Function& function : kFunctions) known.push_back(function.name);
+      best = NearestName(std::string(name.text), known, Spelling::kFormula);
     }
     std::string message = "unknown name " + Quote(name.text) + "; ";
     if (!best.empty()) message += "did you mean " + Quote(best) + "? ";

@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "solver/scene.h"
 
@@ -32,9 +31,6 @@ struct SceneOverrides {
 // Applies all overrides or, on a mistake, none: returns false and sets *error to
 //   --FLAG: what was found; what is allowed [; did you mean 'NEAREST'?]
 bool ApplyOverrides(const SceneOverrides& overrides, Scene* scene, std::string* error);
-
-// The known name with the smallest edit distance to the one found; empty when none is similar.
-std::string NearestName(const std::string& found, const std::vector<std::string>& known);
 
 }  // namespace darboux
 

@@ -21,19 +21,6 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-double PatchEnergy(const LoopPatch& patch,
-                   StrainMeasure measure,
-                   const Material& material,
-                   const Matrix3Xd& displacements,
-                   double turn = 0.0) {
-  double energy = 0.0;
-  for (int e = 0; e < patch.mesh.num_elements; ++e) {
-    const BendingEnergy cost(patch.Points(e, 3, turn), measure, material);
-    energy += Energy(cost, patch.Parameters(e, displacements));
-  }
-  return energy;
-}
-
 // Sum of D/2 rho^T C rho dA over the points, rho = strain(point).
 template <typename Strain>
 double ExpectedEnergy(const LoopPatch& patch, const Material& material, const Strain& strain) {
@@ -50,11 +37,6 @@ double ExpectedEnergy(const LoopPatch& patch, const Material& material, const St
 
 Vector3d Curvatures(const StrainPoint& p) { return {p.b11, p.b22, 2.0 * p.b12}; }
 
-Matrix3Xd RandomField(const LoopPatch& patch, double size) {
-  const VectorXd x = SeededUniform(static_cast<int>(patch.positions.size()), size);
-  return Eigen::Map<const Matrix3Xd>(x.data(), 3, patch.positions.cols());
-}
-
 class BendingPatchTest : public ::testing::TestWithParam<Patch> {
  protected:
   const Material material_ = SampleMaterial();
@@ -65,21 +47,25 @@ class BendingPatchTest : public ::testing::TestWithParam<Patch> {
 
 TEST_P(BendingPatchTest, RestStoresNothing) {
   for (const StrainMeasure measure : AllMeasures()) {
-    EXPECT_EQ(PatchEnergy(patch_, measure, material_, patch_.Affine(Matrix3d::Zero())), 0.0);
+    EXPECT_EQ(
+        PatchEnergy<BendingEnergy>(patch_, measure, material_, patch_.Affine(Matrix3d::Zero())),
+        0.0);
   }
 }
 
 TEST_P(BendingPatchTest, SkewRigidMotionStoresNoKoiterEnergy) {
   for (const double angle : {1e-6, 0.7, 3.0}) {
     // Second derivatives of the basis on cells of 1/2 m: rounding is that of 1e2 / m.
-    EXPECT_LT(PatchEnergy(patch_, StrainMeasure::kKoiter, material_, patch_.RigidMotion(angle)),
+    EXPECT_LT(PatchEnergy<BendingEnergy>(
+                  patch_, StrainMeasure::kKoiter, material_, patch_.RigidMotion(angle)),
               1e-26 * unit_);
   }
 }
 
 TEST_P(BendingPatchTest, LinearKoiterIsBlindToInfinitesimalRigidMotion) {
   const Matrix3Xd spin = patch_.Affine(CrossMatrix({0.3, -0.5, 0.7}), {0.1, -0.2, 0.3});
-  EXPECT_LT(PatchEnergy(patch_, StrainMeasure::kLinearKoiter, material_, spin), 1e-26 * unit_);
+  EXPECT_LT(PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kLinearKoiter, material_, spin),
+            1e-26 * unit_);
 }
 
 // Love's defect: the linear theory of the paper twists under a rotation about the normal.
@@ -88,10 +74,10 @@ TEST_P(BendingPatchTest, LinearSeedStoresTheTwistOfARotation) {
   const double expected = ExpectedEnergy(patch_, material_, [&](const StrainPoint& p) -> Vector3d {
     return w.dot(p.n) * Vector3d(-p.b12, p.b12, p.b11 - p.b22);
   });
-  EXPECT_NEAR(
-      PatchEnergy(patch_, StrainMeasure::kLinearSeed, material_, patch_.Affine(CrossMatrix(w))),
-      expected,
-      1e-13 * unit_);
+  EXPECT_NEAR(PatchEnergy<BendingEnergy>(
+                  patch_, StrainMeasure::kLinearSeed, material_, patch_.Affine(CrossMatrix(w))),
+              expected,
+              1e-13 * unit_);
 }
 
 TEST_P(BendingPatchTest, ScalingHasClosedForm) {
@@ -105,34 +91,40 @@ TEST_P(BendingPatchTest, ScalingHasClosedForm) {
       });
     };
     const double tolerance = 1e-13 * unit_;
-    EXPECT_NEAR(PatchEnergy(patch_, StrainMeasure::kKoiter, material, u),
+    EXPECT_NEAR(PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kKoiter, material, u),
                 expected(lambda - 1.0),
                 tolerance);
-    EXPECT_NEAR(PatchEnergy(patch_, StrainMeasure::kLinearKoiter, material, u),
+    EXPECT_NEAR(PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kLinearKoiter, material, u),
                 expected(lambda - 1.0),
                 tolerance);
-    EXPECT_NEAR(PatchEnergy(patch_, StrainMeasure::kLinearSeed, material, u), 0.0, tolerance);
-    EXPECT_NEAR(PatchEnergy(patch_, StrainMeasure::kNonlinearSeed, material, u),
+    EXPECT_NEAR(PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kLinearSeed, material, u),
+                0.0,
+                tolerance);
+    EXPECT_NEAR(PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kNonlinearSeed, material, u),
                 expected(lambda * (lambda * lambda - 1.0)),
                 tolerance);
   }
 }
 
 TEST_P(BendingPatchTest, EnergyDoesNotDependOnTheFrame) {
-  const Matrix3Xd x = RandomField(patch_, 0.1);
+  const Matrix3Xd x = patch_.RandomField(0.1);
   for (const StrainMeasure measure : AllMeasures()) {
-    const double energy = PatchEnergy(patch_, measure, material_, x);
+    const double energy = PatchEnergy<BendingEnergy>(patch_, measure, material_, x);
     for (const double turn : {0.4, 1.9, 4.0}) {
-      EXPECT_NEAR(PatchEnergy(patch_, measure, material_, x, turn) / energy, 1.0, 1e-12);
+      EXPECT_NEAR(
+          PatchEnergy<BendingEnergy>(patch_, measure, material_, x, turn) / energy, 1.0, 1e-12);
     }
   }
 }
 
 TEST_P(BendingPatchTest, RotatingADeformedShellKeepsItsKoiterEnergy) {
-  const Matrix3Xd x = RandomField(patch_, 0.1);
-  const double energy = PatchEnergy(patch_, StrainMeasure::kKoiter, material_, x);
+  const Matrix3Xd x = patch_.RandomField(0.1);
+  const double energy = PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kKoiter, material_, x);
   const Matrix3Xd turned = patch_.RigidMotion(2.0) + SkewRotation(2.0) * x;
-  EXPECT_NEAR(PatchEnergy(patch_, StrainMeasure::kKoiter, material_, turned) / energy, 1.0, 1e-12);
+  EXPECT_NEAR(
+      PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kKoiter, material_, turned) / energy,
+      1.0,
+      1e-12);
 }
 
 TEST_P(BendingPatchTest, EnergyDoesNotDependOnTheUnits) {
@@ -141,31 +133,35 @@ TEST_P(BendingPatchTest, EnergyDoesNotDependOnTheUnits) {
   Material material = material_;
   material.thickness *= 1e3;
   material.young_modulus *= 1e-6;
-  const Matrix3Xd x = RandomField(patch_, 0.1);
+  const Matrix3Xd x = patch_.RandomField(0.1);
   for (const StrainMeasure measure : AllMeasures()) {
-    EXPECT_NEAR(1e-3 * PatchEnergy(millimetres, measure, material, 1e3 * x) /
-                    PatchEnergy(patch_, measure, material_, x),
+    EXPECT_NEAR(1e-3 * PatchEnergy<BendingEnergy>(millimetres, measure, material, 1e3 * x) /
+                    PatchEnergy<BendingEnergy>(patch_, measure, material_, x),
                 1.0,
                 1e-14);
   }
 }
 
 TEST_P(BendingPatchTest, TinyDisplacementsKeepTheirDigits) {
-  const Matrix3Xd x = RandomField(patch_, 1.0);
-  const double linear = PatchEnergy(patch_, StrainMeasure::kLinearKoiter, material_, x);
+  const Matrix3Xd x = patch_.RandomField(1.0);
+  const double linear =
+      PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kLinearKoiter, material_, x);
   const double size = 1e-9;
-  const double up = PatchEnergy(patch_, StrainMeasure::kKoiter, material_, size * x);
-  const double down = PatchEnergy(patch_, StrainMeasure::kKoiter, material_, -size * x);
+  const double up = PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kKoiter, material_, size * x);
+  const double down =
+      PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kKoiter, material_, -size * x);
   EXPECT_NEAR(0.5 * (up + down) / (size * size) / linear, 1.0, 1e-13);
 }
 
 TEST_P(BendingPatchTest, KoiterTendsToLinearKoiter) {
-  const Matrix3Xd x = RandomField(patch_, 1.0);
-  const double linear = PatchEnergy(patch_, StrainMeasure::kLinearKoiter, material_, x);
+  const Matrix3Xd x = patch_.RandomField(1.0);
+  const double linear =
+      PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kLinearKoiter, material_, x);
   const auto difference = [&](double size) {
-    return std::abs(PatchEnergy(patch_, StrainMeasure::kKoiter, material_, size * x) /
-                        (size * size) / linear -
-                    1.0);
+    return std::abs(
+        PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kKoiter, material_, size * x) /
+            (size * size) / linear -
+        1.0);
   };
   EXPECT_NEAR(std::log10(difference(1e-4) / difference(1e-6)), 2.0, 0.05);
 }
@@ -224,11 +220,11 @@ TEST(BendingEnergyTest, InflatedSphere) {
 // Thickness enters cubed.
 TEST(BendingEnergyTest, ThinShellsBendEasily) {
   const LoopPatch patch = MakeLoopPatch(TorusPatch());
-  const Matrix3Xd x = RandomField(patch, 0.1);
+  const Matrix3Xd x = patch.RandomField(0.1);
   Material thin = SampleMaterial();
   thin.thickness *= 1e-4;
-  EXPECT_NEAR(PatchEnergy(patch, StrainMeasure::kKoiter, thin, x) /
-                  PatchEnergy(patch, StrainMeasure::kKoiter, SampleMaterial(), x),
+  EXPECT_NEAR(PatchEnergy<BendingEnergy>(patch, StrainMeasure::kKoiter, thin, x) /
+                  PatchEnergy<BendingEnergy>(patch, StrainMeasure::kKoiter, SampleMaterial(), x),
               1e-12,
               1e-25);
 }
@@ -250,14 +246,15 @@ TEST(BendingEnergyTest, IrregularElementsAreRigidAndScaleTheSame) {
   const LoopPatch ball = MakeIcosphere(1.0, 1);
   const Material material = SampleMaterial();
   const double unit = material.BendingStiffness() * ball.Area();
-  EXPECT_LT(PatchEnergy(ball, StrainMeasure::kKoiter, material, ball.RigidMotion(0.7)),
-            1e-24 * unit);
+  EXPECT_LT(
+      PatchEnergy<BendingEnergy>(ball, StrainMeasure::kKoiter, material, ball.RigidMotion(0.7)),
+      1e-24 * unit);
   const double expected = ExpectedEnergy(
       ball, material, [&](const StrainPoint& p) -> Vector3d { return 0.3 * Curvatures(p); });
-  EXPECT_NEAR(
-      PatchEnergy(ball, StrainMeasure::kKoiter, material, ball.Affine(0.3 * Matrix3d::Identity())),
-      expected,
-      1e-12 * expected);
+  EXPECT_NEAR(PatchEnergy<BendingEnergy>(
+                  ball, StrainMeasure::kKoiter, material, ball.Affine(0.3 * Matrix3d::Identity())),
+              expected,
+              1e-12 * expected);
 }
 
 class BendingJacobianTest

@@ -10,19 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "tests/scene_util.h"
+
 namespace darboux {
 namespace {
-
-SceneValue Value(const std::string& text) {
-  std::string error;
-  const auto expression = Expression::Parse(text, {"u", "v", "x", "y", "z"}, &error);
-  EXPECT_TRUE(expression.has_value()) << error;
-  return {expression.value_or(Expression::Constant(0.0))};
-}
-
-SceneVector Vector(const std::string& x, const std::string& y, const std::string& z) {
-  return {{Value(x), Value(y), Value(z)}};
-}
 
 LoadSpec Load(LoadSpec::Kind kind) {
   LoadSpec load;
@@ -65,40 +56,12 @@ LoadSpec Line(int parameter, double value, const SceneVector& force) {
   return load;
 }
 
+// Of the quarter cylinder.
 constexpr double kLength = 2.0, kRadius = 0.7, kHalfPi = 0.5 * M_PI;
 
-ParameterDomain::Options Domain(std::array<double, 2> u,
-                                std::array<double, 2> v,
-                                std::array<int, 2> divisions,
-                                std::array<double, 2> grading = {0.0, 0.0}) {
-  ParameterDomain::Options options;
-  options.u_range = u;
-  options.v_range = v;
-  options.divisions = divisions;
-  options.grading = grading;
-  return options;
-}
-
-// x in [0, 2], a quarter of the circle from the z axis to the y axis.
-std::unique_ptr<ShellSurface> QuarterCylinder(int divisions,
-                                              std::array<double, 2> grading = {0.0, 0.0}) {
-  return std::make_unique<ShellSurface>(
-      MakeCylinder(kRadius),
-      Domain({0.0, kLength}, {0.0, kHalfPi}, {divisions, divisions}, grading));
-}
-
-// [0, 3] x [0, 2].
 std::unique_ptr<ShellSurface> Plate(
     ShellSurface::Ghosts ghosts = ShellSurface::Ghosts::kIndependent) {
-  return std::make_unique<ShellSurface>(
-      MakePlane(), Domain({0.0, 3.0}, {0.0, 2.0}, {6, 4}), ghosts);
-}
-
-RigidFrame Frame() {
-  RigidFrame frame;
-  frame.center = Eigen::Vector3d(0.3, -0.4, 0.5);
-  frame.length = 2.5;
-  return frame;
+  return MakePlate({6, 4}, ghosts);
 }
 
 DeadLoads Assemble(const std::vector<LoadSpec>& loads,
@@ -120,22 +83,6 @@ Eigen::Vector3d Moment(const DeadLoads& loads, const RigidFrame& frame = Frame()
   return loads.rigid_work.tail<3>() * frame.length;
 }
 
-// Control values of a function that is at most quadratic in the plate's coordinates; the limit
-// field has its exact gradient (tests/loop_basis_test.cc).
-template <typename Function>
-Eigen::Matrix3Xd PlateField(const ShellSurface& plate, const Function& f) {
-  Eigen::Matrix3Xd control = Eigen::Matrix3Xd::Zero(3, plate.mesh().num_vertices);
-  const auto& options = plate.domain().options();
-  for (int j = -1; j <= options.divisions[1] + 1; ++j) {
-    for (int i = -1; i <= options.divisions[0] + 1; ++i) {
-      const int vertex = plate.domain().VertexIndex(i, j);
-      if (vertex < 0) continue;
-      control.col(vertex) = f(3.0 * i / options.divisions[0], 2.0 * j / options.divisions[1]);
-    }
-  }
-  return control;
-}
-
 void ExpectNear(const Eigen::Vector3d& actual, const Eigen::Vector3d& expected, double tolerance) {
   EXPECT_LT((actual - expected).norm(), tolerance)
       << actual.transpose() << " is not " << expected.transpose();
@@ -151,7 +98,7 @@ TEST(DeadLoadsTest, NoLoadsNoForce) {
 
 TEST(DeadLoadsTest, PressureOnAQuarterCylinderHasTheResultantOfItsProjections) {
   constexpr double kPressure = 3.0;
-  const auto shell = QuarterCylinder(8, {0.4, -0.6});
+  const auto shell = MakeQuarterCylinder({8, 8}, {0.4, -0.6});
   const DeadLoads loads = Assemble({Pressure("3")}, *shell);
   const Eigen::Vector3d force = kPressure * kLength * kRadius * Eigen::Vector3d(0.0, 1.0, 1.0);
   ExpectNear(Force(loads), force, 1e-7);
@@ -172,7 +119,7 @@ TEST(DeadLoadsTest, PressureOnAClosedTorusHasNoResultant) {
 }
 
 TEST(DeadLoadsTest, TractionAndGravityActOnTheArea) {
-  const auto shell = QuarterCylinder(6, {0.4, -0.6});
+  const auto shell = MakeQuarterCylinder({6, 6}, {0.4, -0.6});
   const double area = kLength * kRadius * kHalfPi;
   const Eigen::Vector3d traction(1.0, -2.0, 0.5), acceleration(0.0, 3.0, -9.81);
   // Centre of the arc.
@@ -192,7 +139,7 @@ TEST(DeadLoadsTest, TractionAndGravityActOnTheArea) {
 }
 
 TEST(DeadLoadsTest, EdgeForcesActOnTheLengthOfTheirSide) {
-  const auto shell = QuarterCylinder(6, {0.4, -0.6});
+  const auto shell = MakeQuarterCylinder({6, 6}, {0.4, -0.6});
   const double arc = kRadius * kHalfPi;
   const struct {
     Region::Kind on;
@@ -216,7 +163,7 @@ TEST(DeadLoadsTest, EdgeForcesActOnTheLengthOfTheirSide) {
 }
 
 TEST(DeadLoadsTest, LineForcesActOnTheLengthOfTheirLine) {
-  const auto shell = QuarterCylinder(6, {0.4, -0.6});
+  const auto shell = MakeQuarterCylinder({6, 6}, {0.4, -0.6});
   const Eigen::Vector3d force(1.0, 2.0, -3.0);
   for (const double f : {0.0, 0.21, 0.5, 1.0}) {
     const double v = f * kHalfPi;
@@ -231,7 +178,7 @@ TEST(DeadLoadsTest, LineForcesActOnTheLengthOfTheirLine) {
 }
 
 TEST(DeadLoadsTest, PointForcesActAtTheirPoint) {
-  const auto shell = QuarterCylinder(4);
+  const auto shell = MakeQuarterCylinder({4, 4});
   const Eigen::Vector3d force(1.0, 2.0, -3.0);
   LoadSpec load = Load(LoadSpec::Kind::kPoint);
   load.force = Vector("1", "2", "-3");
@@ -255,7 +202,7 @@ TEST(DeadLoadsTest, PointForcesActAtTheirPoint) {
 }
 
 TEST(DeadLoadsTest, LoadsAddUp) {
-  const auto shell = QuarterCylinder(4);
+  const auto shell = MakeQuarterCylinder({4, 4});
   const std::vector<LoadSpec> loads = {Pressure("1+u"),
                                        Traction(Vector("v", "0", "1")),
                                        Edge(Region::Kind::kUMax, Vector("0", "1", "0")),
@@ -278,7 +225,7 @@ TEST(DeadLoadsTest, ExpressionLoadsAreIntegratedAccurately) {
   const Eigen::Vector3d exact = kRadius * 2.0 * kLength / M_PI / 3.0 * Eigen::Vector3d(0, -1, 1);
   double last = 0.0;
   for (const int divisions : {4, 8, 16, 32}) {
-    const auto shell = QuarterCylinder(divisions);
+    const auto shell = MakeQuarterCylinder({divisions, divisions});
     const DeadLoads loads = Assemble({NormalTraction("cos(2*v)*sin(pi*u/2)")}, *shell);
     const double error = (Sum(loads) - exact).norm() / exact.norm();
     if (last > 0.0) {
@@ -291,14 +238,14 @@ TEST(DeadLoadsTest, ExpressionLoadsAreIntegratedAccurately) {
 
 TEST(DeadLoadsTest, ExpressionsKnowTheRestPosition) {
   // Hydrostatic: 5 (1 - z) on the quarter cylinder, only the projection on z.
-  const auto shell = QuarterCylinder(16);
+  const auto shell = MakeQuarterCylinder({16, 16});
   const DeadLoads loads = Assemble({NormalTraction("5*(1-z)")}, *shell);
   // Integral of (1 - R cos v) cos v over the quarter: 1 - R pi/4.
   EXPECT_NEAR(Sum(loads).z(), 5.0 * kLength * kRadius * (1.0 - 0.25 * M_PI * kRadius), 1e-9);
 }
 
 TEST(DeadLoadsTest, FollowerPressureIsDeadInTheLinearTheoryOnly) {
-  const auto shell = QuarterCylinder(4);
+  const auto shell = MakeQuarterCylinder({4, 4});
   const DeadLoads linear = Assemble({Pressure("3")}, *shell, false);
   const DeadLoads nonlinear = Assemble({Pressure("3")}, *shell, true);
   const DeadLoads dead = Assemble({Pressure("3", false)}, *shell, true);
@@ -383,7 +330,7 @@ TEST(DeadLoadsTest, MomentsWorkOnBending) {
 
 // rigid_scale never falls below what the loads do together, in any frame.
 TEST(DeadLoadsTest, RigidScaleBoundsRigidWork) {
-  const auto shell = QuarterCylinder(4);
+  const auto shell = MakeQuarterCylinder({4, 4});
   for (const auto& load : {Pressure("sin(5*u)"), Traction(Vector("u-1", "v", "0"))}) {
     const DeadLoads loads = Assemble({load}, *shell);
     EXPECT_GE(loads.rigid_scale, loads.rigid_work.norm());

@@ -76,11 +76,6 @@ double Volume(const LoopPatch& patch) {
   return volume;
 }
 
-Matrix3Xd RandomField(const LoopPatch& patch, double size) {
-  const VectorXd x = SeededUniform(static_cast<int>(patch.positions.size()), size);
-  return Eigen::Map<const Matrix3Xd>(x.data(), 3, patch.positions.cols());
-}
-
 class FollowerPressurePatchTest : public ::testing::TestWithParam<Patch> {
  protected:
   const LoopPatch patch_ = MakeLoopPatch(GetParam());
@@ -102,7 +97,7 @@ TEST_P(FollowerPressurePatchTest, ForceTurnsWithTheSurface) {
     const Matrix3d r = SkewRotation(angle);
     for (int e = 0; e < patch_.mesh.num_elements; ++e) {
       const auto cost = MakeCost(patch_.Points(e, 3));
-      const Matrix3Xd u = RandomField(patch_, 0.1);
+      const Matrix3Xd u = patch_.RandomField(0.1);
       const Matrix3Xd before = ExactForce(*cost, patch_.Parameters(e, u));
       const Matrix3Xd after =
           ExactForce(*cost, patch_.Parameters(e, patch_.RigidMotion(angle) + r * u));
@@ -139,7 +134,7 @@ TEST_P(FollowerPressurePatchTest, GradientIsMinusTheForceAwayFromTheBoundary) {
   Patch wide = GetParam();
   wide.domain.divisions = {5, 5};
   const LoopPatch patch = MakeLoopPatch(wide);
-  const Assembly a = Assemble(patch, RandomField(patch, 0.05), ExactTriangleRule());
+  const Assembly a = Assemble(patch, patch.RandomField(0.05), ExactTriangleRule());
   const ParameterDomain domain(wide.domain);
   std::set<int> inside;
   for (int i = 2; i <= 3; ++i) {
@@ -166,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(Patches,
 class ClosedTorusTest : public ::testing::Test {
  protected:
   const LoopPatch torus_ = MakeClosedTorus(1.0, 0.4, 10, 8);
-  const Matrix3Xd deformed_ = RandomField(torus_, 0.1);
+  const Matrix3Xd deformed_ = torus_.RandomField(0.1);
 };
 
 TEST_F(ClosedTorusTest, GradientIsMinusTheForce) {
@@ -281,7 +276,7 @@ TEST(FollowerPressureTest, EachPointHasItsOwnPressure) {
 // Displacements of 1e-9: -p n.u dA to first order, not the difference of two volumes.
 TEST(FollowerPressureTest, TinyDisplacementsKeepTheirDigits) {
   const LoopPatch torus = MakeClosedTorus(1.0, 0.4, 10, 8);
-  const Matrix3Xd u = RandomField(torus, 1.0);
+  const Matrix3Xd u = torus.RandomField(1.0);
   const Matrix3Xd force = Assemble(torus, Matrix3Xd::Zero(3, u.cols()), ExactTriangleRule()).force;
   const double first_order = -(force.array() * u.array()).sum();
   const double size = 1e-9;

@@ -25,20 +25,6 @@ using Eigen::VectorXd;
 const StrainMeasure kLinear = StrainMeasure::kLinearKoiter;
 const StrainMeasure kNonlinear = StrainMeasure::kKoiter;
 
-// Energy of all elements of a patch.
-double PatchEnergy(const LoopPatch& patch,
-                   StrainMeasure measure,
-                   const Material& material,
-                   const Matrix3Xd& displacements,
-                   double turn = 0.0) {
-  double energy = 0.0;
-  for (int e = 0; e < patch.mesh.num_elements; ++e) {
-    const MembraneEnergy cost(patch.Points(e, 3, turn), measure, material);
-    energy += Energy(cost, patch.Parameters(e, displacements));
-  }
-  return energy;
-}
-
 // Energy of a point of area 1 with given kinematics.
 double PointEnergy(const StrainPoint& point,
                    StrainMeasure measure,
@@ -60,24 +46,27 @@ class MembranePatchTest : public ::testing::TestWithParam<Patch> {
 TEST_P(MembranePatchTest, RestStoresNothing) {
   const Matrix3Xd rest = patch_.Affine(Matrix3d::Zero());
   for (const StrainMeasure measure : AllMeasures()) {
-    EXPECT_EQ(PatchEnergy(patch_, measure, material_, rest), 0.0);
+    EXPECT_EQ(PatchEnergy<MembraneEnergy>(patch_, measure, material_, rest), 0.0);
   }
 }
 
 TEST_P(MembranePatchTest, SkewRigidMotionStoresNoEnergy) {
   for (const double angle : {1e-6, 0.7, 3.0}) {
     for (const StrainMeasure measure : {StrainMeasure::kKoiter, StrainMeasure::kNonlinearSeed}) {
-      EXPECT_LT(PatchEnergy(patch_, measure, material_, patch_.RigidMotion(angle)), 1e-27 * unit_);
+      EXPECT_LT(PatchEnergy<MembraneEnergy>(patch_, measure, material_, patch_.RigidMotion(angle)),
+                1e-27 * unit_);
     }
   }
 }
 
 TEST_P(MembranePatchTest, LinearTheoryIsBlindToInfinitesimalRigidMotion) {
   const Matrix3Xd spin = patch_.Affine(CrossMatrix({0.3, -0.5, 0.7}), {0.1, -0.2, 0.3});
-  EXPECT_LT(PatchEnergy(patch_, kLinear, material_, spin), 1e-28 * unit_);
+  EXPECT_LT(PatchEnergy<MembraneEnergy>(patch_, kLinear, material_, spin), 1e-28 * unit_);
   // A finite one strains it by angle^2 / 2: energy to the fourth power.
-  const double small = PatchEnergy(patch_, kLinear, material_, patch_.RigidMotion(1e-3));
-  const double large = PatchEnergy(patch_, kLinear, material_, patch_.RigidMotion(1e-2));
+  const double small =
+      PatchEnergy<MembraneEnergy>(patch_, kLinear, material_, patch_.RigidMotion(1e-3));
+  const double large =
+      PatchEnergy<MembraneEnergy>(patch_, kLinear, material_, patch_.RigidMotion(1e-2));
   EXPECT_NEAR(large / small, 1e4, 10.0);
 }
 
@@ -101,18 +90,21 @@ TEST_P(MembranePatchTest, AffineMapHasClosedForm) {
                                               2.0 * p.t1.dot(tensor * p.t2)});
         }
       }
-      EXPECT_NEAR(PatchEnergy(patch_, measure, material, patch_.Affine(a)) / expected, 1.0, 1e-13);
+      EXPECT_NEAR(
+          PatchEnergy<MembraneEnergy>(patch_, measure, material, patch_.Affine(a)) / expected,
+          1.0,
+          1e-13);
     }
   }
 }
 
 TEST_P(MembranePatchTest, EnergyDoesNotDependOnTheFrame) {
-  const VectorXd random = SeededUniform(static_cast<int>(patch_.positions.size()), 0.2);
-  const Matrix3Xd x = Eigen::Map<const Matrix3Xd>(random.data(), 3, patch_.positions.cols());
+  const Matrix3Xd x = patch_.RandomField(0.2);
   for (const StrainMeasure measure : AllMeasures()) {
-    const double energy = PatchEnergy(patch_, measure, material_, x);
+    const double energy = PatchEnergy<MembraneEnergy>(patch_, measure, material_, x);
     for (const double turn : {0.4, 1.9, 4.0}) {
-      EXPECT_NEAR(PatchEnergy(patch_, measure, material_, x, turn) / energy, 1.0, 1e-13);
+      EXPECT_NEAR(
+          PatchEnergy<MembraneEnergy>(patch_, measure, material_, x, turn) / energy, 1.0, 1e-13);
     }
   }
 }
@@ -124,11 +116,10 @@ TEST_P(MembranePatchTest, EnergyDoesNotDependOnTheUnits) {
   Material material = material_;
   material.thickness *= 1e3;
   material.young_modulus *= 1e-6;
-  const VectorXd random = SeededUniform(static_cast<int>(patch_.positions.size()), 0.1);
-  const Matrix3Xd x = Eigen::Map<const Matrix3Xd>(random.data(), 3, patch_.positions.cols());
+  const Matrix3Xd x = patch_.RandomField(0.1);
   for (const StrainMeasure measure : AllMeasures()) {
-    EXPECT_NEAR(1e-3 * PatchEnergy(millimetres, measure, material, 1e3 * x) /
-                    PatchEnergy(patch_, measure, material_, x),
+    EXPECT_NEAR(1e-3 * PatchEnergy<MembraneEnergy>(millimetres, measure, material, 1e3 * x) /
+                    PatchEnergy<MembraneEnergy>(patch_, measure, material_, x),
                 1.0,
                 1e-14);
   }
@@ -137,21 +128,20 @@ TEST_P(MembranePatchTest, EnergyDoesNotDependOnTheUnits) {
 // Displacements of 1e-9 of the size: the difference of the energies of u and -u is of third order,
 // their mean is the linear theory's to 1e-16. From positions seven digits would be left.
 TEST_P(MembranePatchTest, TinyDisplacementsKeepTheirDigits) {
-  const VectorXd random = SeededUniform(static_cast<int>(patch_.positions.size()), 1.0);
-  const Matrix3Xd x = Eigen::Map<const Matrix3Xd>(random.data(), 3, patch_.positions.cols());
-  const double linear = PatchEnergy(patch_, kLinear, material_, x);
+  const Matrix3Xd x = patch_.RandomField(1.0);
+  const double linear = PatchEnergy<MembraneEnergy>(patch_, kLinear, material_, x);
   const double size = 1e-9;
-  const double up = PatchEnergy(patch_, kNonlinear, material_, size * x);
-  const double down = PatchEnergy(patch_, kNonlinear, material_, -size * x);
+  const double up = PatchEnergy<MembraneEnergy>(patch_, kNonlinear, material_, size * x);
+  const double down = PatchEnergy<MembraneEnergy>(patch_, kNonlinear, material_, -size * x);
   EXPECT_NEAR(0.5 * (up + down) / (size * size) / linear, 1.0, 1e-13);
 }
 
 TEST_P(MembranePatchTest, NonlinearTendsToLinear) {
-  const VectorXd random = SeededUniform(static_cast<int>(patch_.positions.size()), 1.0);
-  const Matrix3Xd x = Eigen::Map<const Matrix3Xd>(random.data(), 3, patch_.positions.cols());
-  const double linear = PatchEnergy(patch_, kLinear, material_, x);
+  const Matrix3Xd x = patch_.RandomField(1.0);
+  const double linear = PatchEnergy<MembraneEnergy>(patch_, kLinear, material_, x);
   const auto difference = [&](double size) {
-    return std::abs(PatchEnergy(patch_, kNonlinear, material_, size * x) / (size * size) / linear -
+    return std::abs(PatchEnergy<MembraneEnergy>(patch_, kNonlinear, material_, size * x) /
+                        (size * size) / linear -
                     1.0);
   };
   EXPECT_NEAR(std::log10(difference(1e-4) / difference(1e-6)), 2.0, 0.05);
@@ -183,15 +173,15 @@ TEST(MembraneEnergyTest, UniformlyStretchedPlate) {
   for (const double nu : {0.3, 0.5}) {
     const Material m = SampleMaterial(nu);
     const double per_strain = 0.5 * m.young_modulus * m.thickness / (1.0 - nu * nu) * area;
-    EXPECT_NEAR(PatchEnergy(plate, kLinear, m, plate.Affine(stretch)),
+    EXPECT_NEAR(PatchEnergy<MembraneEnergy>(plate, kLinear, m, plate.Affine(stretch)),
                 per_strain * 0.2 * 0.2,
                 1e-13 * per_strain);
-    EXPECT_NEAR(PatchEnergy(plate, kNonlinear, m, plate.Affine(stretch)),
+    EXPECT_NEAR(PatchEnergy<MembraneEnergy>(plate, kNonlinear, m, plate.Affine(stretch)),
                 per_strain * green * green,
                 1e-13 * per_strain);
     // Free to contract sideways, it stores E h eps^2 / 2 (linear).
     stretch(1, 1) = -nu * 0.2;
-    EXPECT_NEAR(PatchEnergy(plate, kLinear, m, plate.Affine(stretch)),
+    EXPECT_NEAR(PatchEnergy<MembraneEnergy>(plate, kLinear, m, plate.Affine(stretch)),
                 0.5 * m.young_modulus * m.thickness * 0.04 * area,
                 1e-13 * per_strain);
     stretch(1, 1) = 0.0;
@@ -204,7 +194,7 @@ TEST(MembraneEnergyTest, ShearedPlate) {
   shear(0, 1) = 0.1;
   const Material m = SampleMaterial(0.3);
   const double modulus = m.young_modulus / (2.0 * 1.3);  // G
-  EXPECT_NEAR(PatchEnergy(plate, kLinear, m, plate.Affine(shear)),
+  EXPECT_NEAR(PatchEnergy<MembraneEnergy>(plate, kLinear, m, plate.Affine(shear)),
               0.5 * modulus * m.thickness * 0.01 * 1.2 * 0.9,
               1e-12);
 }

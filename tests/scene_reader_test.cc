@@ -1409,19 +1409,6 @@ INSTANTIATE_TEST_SUITE_P(
 
 // ---- Names -----------------------------------------------------------------------------------
 
-TEST(NearestNameTest, FindsMisspeltNamesOnly) {
-  const std::vector<std::string> known = {"thickness", "young_modulus", "density", "u"};
-  EXPECT_EQ(NearestName("thicknes", known), "thickness");
-  EXPECT_EQ(NearestName("Thickness", known), "thickness");
-  EXPECT_EQ(NearestName("youngs_modulus", known), "young_modulus");
-  EXPECT_EQ(NearestName("desnity", known), "density");
-  EXPECT_EQ(NearestName("E", known), "");
-  EXPECT_EQ(NearestName("", known), "");
-  EXPECT_EQ(NearestName("damping", known), "");
-  EXPECT_EQ(NearestName(std::string(100000, 'x'), known), "");
-  EXPECT_EQ(NearestName("thickness", {}), "");
-}
-
 TEST(SceneTest, EnumsHaveTheNamesOfTheFile) {
   EXPECT_STREQ(ToString(Minimizer::kAuto), "auto");
   EXPECT_STREQ(ToString(Minimizer::kMip), "mip");

@@ -194,8 +194,8 @@ probes:
 TEST(ShellSolverTest, NonlinearTheoryTendsToTheLinearOne) {
   // Half the load, half the relative difference.
   const auto difference = [](double force) {
-    Scene scene = SceneFromText(
-        Replace(kCylinder, "force: [0, 0, -0.25]", "force: [0, 0, -" + std::to_string(force) + "]"));
+    Scene scene = SceneFromText(Replace(
+        kCylinder, "force: [0, 0, -0.25]", "force: [0, 0, -" + std::to_string(force) + "]"));
     const Eigen::Vector3d linear = SolveScene(scene).Probe();
     scene.model.theory = Theory::kNonlinear;
     SolverOptions options;
@@ -255,8 +255,7 @@ loads:
   std::unique_ptr<ShellProblem> problem;
   SolverSummary summary;
   std::string error;
-  EXPECT_FALSE(
-      Solve(SceneFromText(kNoSupports), SolverOptions(), &problem, &summary, &error));
+  EXPECT_FALSE(Solve(SceneFromText(kNoSupports), SolverOptions(), &problem, &summary, &error));
   EXPECT_THAT(error, HasSubstr("translation along x"));
   EXPECT_THAT(error, HasSubstr("test.yaml"));
 }
@@ -364,7 +363,8 @@ model: {theory: nonlinear}
 supports:
   - {on: u_min, clamped: true}
 loads:
-  - {kind: pressure, value: 0.2, follower: )" + follower + R"(}
+  - {kind: pressure, value: 0.2, follower: )" +
+                                    follower + R"(}
 probes:
   - {name: tip, at: {uv: [10, 0.5]}}
 )"));
@@ -376,8 +376,9 @@ probes:
   EXPECT_LE(follower.summary.gradient_norm, 1e-7);
 }
 
-TEST(ShellSolverTest, CantileverEndShearMatchesTheElastica) {
-  const Solution solution = SolveScene(SceneFromText(R"(
+// A strip of length 10, clamped at u_min, under a load on its other end.
+Solution SolveCantilever(const std::string& end_load) {
+  return SolveScene(SceneFromText(R"(
 name: cantilever
 surface: {kind: plane, u: [0, 10], v: [0, 1], divisions: [32, 2]}
 shell: {thickness: 0.1, young_modulus: 1.2e6, poisson_ratio: 0}
@@ -385,27 +386,21 @@ model: {theory: nonlinear}
 supports:
   - {on: u_min, clamped: true}
 loads:
-  - {kind: edge, on: u_max, force: [0, 0, 4]}
+  - {kind: edge, on: u_max, )" + end_load +
+                                  R"(}
 probes:
   - {name: tip, at: {uv: [10, 0.5]}}
 )"));
+}
+
+TEST(ShellSolverTest, CantileverEndShearMatchesTheElastica) {
+  const Solution solution = SolveCantilever("force: [0, 0, 4]");
   EXPECT_NEAR(solution.Probe().x(), -3.2895436156030384, 1e-4);
   EXPECT_NEAR(solution.Probe().z(), 6.699888944063296, 1e-4);
 }
 
 TEST(ShellSolverTest, CantileverEndMomentBendsToAQuarterCircle) {
-  const Solution solution = SolveScene(SceneFromText(R"(
-name: cantilever
-surface: {kind: plane, u: [0, 10], v: [0, 1], divisions: [32, 2]}
-shell: {thickness: 0.1, young_modulus: 1.2e6, poisson_ratio: 0}
-model: {theory: nonlinear}
-supports:
-  - {on: u_min, clamped: true}
-loads:
-  - {kind: edge, on: u_max, moment: [0, -15.707963267948966, 0]}
-probes:
-  - {name: tip, at: {uv: [10, 0.5]}}
-)"));
+  const Solution solution = SolveCantilever("moment: [0, -15.707963267948966, 0]");
   EXPECT_NEAR(solution.Probe().x(), -3.6341950169553368, 1e-5);
   EXPECT_NEAR(solution.Probe().z(), 6.366216255215995, 1e-5);
 }
@@ -442,7 +437,8 @@ surface:
     - "u"
   u: [0, 2]
   v: )yaml" + range + R"yaml(
-  divisions: [10, )yaml" + std::to_string(divisions) + R"yaml(]
+  divisions: [10, )yaml" + std::to_string(divisions) +
+                                    R"yaml(]
 shell: {thickness: 0.02, young_modulus: 1.0e6, poisson_ratio: 0.3}
 model: {theory: nonlinear}
 supports:

@@ -16,6 +16,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/scene_util.h"
+
 namespace darboux {
 namespace {
 
@@ -25,17 +27,6 @@ using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
 using Kind = SupportSpec::Kind;
-
-SceneValue Value(const std::string& text) {
-  std::string error;
-  const auto expression = Expression::Parse(text, {"u", "v", "x", "y", "z"}, &error);
-  EXPECT_TRUE(expression.has_value()) << error;
-  return {expression.value_or(Expression::Constant(0.0))};
-}
-
-SceneVector Vector(const std::string& x, const std::string& y, const std::string& z) {
-  return {{Value(x), Value(y), Value(z)}};
-}
 
 SupportSpec Support(Region::Kind on, Kind kind) {
   SupportSpec support;
@@ -64,31 +55,15 @@ SupportSpec Near(SupportSpec support, const Eigen::Vector3d& center, double radi
   return support;
 }
 
-ParameterDomain::Options Domain(std::array<double, 2> u,
-                                std::array<double, 2> v,
-                                std::array<int, 2> divisions,
-                                std::array<double, 2> grading = {0.0, 0.0}) {
-  ParameterDomain::Options options;
-  options.u_range = u;
-  options.v_range = v;
-  options.divisions = divisions;
-  options.grading = grading;
-  return options;
-}
-
 constexpr int kM = 5, kN = 4;
 
-// [0, 3] x [0, 2], 5 by 4 cells.
 std::unique_ptr<ShellSurface> Plate(
     ShellSurface::Ghosts ghosts = ShellSurface::Ghosts::kIndependent) {
-  return std::make_unique<ShellSurface>(
-      MakePlane(), Domain({0.0, 3.0}, {0.0, 2.0}, {kM, kN}), ghosts);
+  return MakePlate({kM, kN}, ghosts);
 }
 
-// x in [0, 2], from the z axis to the y axis, radius 0.7.
 std::unique_ptr<ShellSurface> QuarterCylinder() {
-  return std::make_unique<ShellSurface>(
-      MakeCylinder(0.7), Domain({0.0, 2.0}, {0.0, 0.5 * M_PI}, {kM, kN}, {0.4, -0.6}));
+  return MakeQuarterCylinder({kM, kN}, {0.4, -0.6});
 }
 
 std::unique_ptr<ShellSurface> Tube(int divisions_u = kM) {
@@ -103,13 +78,6 @@ Material SampleMaterial() {
   material.young_modulus = 2e6;
   material.poisson_ratio = 0.3;
   return material;
-}
-
-RigidFrame Frame() {
-  RigidFrame frame;
-  frame.center = Eigen::Vector3d(0.3, -0.4, 0.5);
-  frame.length = 2.5;
-  return frame;
 }
 
 SupportConditions Make(const std::vector<SupportSpec>& supports,
@@ -150,21 +118,6 @@ double Evaluate(const PlacedCondition& condition, const Eigen::Matrix3Xd& contro
     sum += condition.coefficients.col(i).dot(control.col(condition.vertices[i]));
   }
   return sum;
-}
-
-// Control values of a function that is linear in the plate's coordinates.
-template <typename Function>
-Eigen::Matrix3Xd PlateField(const ShellSurface& plate, const Function& f) {
-  Eigen::Matrix3Xd control = Eigen::Matrix3Xd::Zero(3, plate.mesh().num_vertices);
-  const auto& options = plate.domain().options();
-  for (int j = -1; j <= options.divisions[1] + 1; ++j) {
-    for (int i = -1; i <= options.divisions[0] + 1; ++i) {
-      const int vertex = plate.domain().VertexIndex(i, j);
-      if (vertex < 0) continue;
-      control.col(vertex) = f(plate.domain().Parameter(0, i)[0], plate.domain().Parameter(1, j)[0]);
-    }
-  }
-  return control;
 }
 
 // Displacement components on a side: means at its lattice vertices, values at its two ends.

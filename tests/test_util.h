@@ -512,6 +512,11 @@ struct LoopPatch {
   Eigen::Matrix3Xd RigidMotion(double angle_rad) const {
     return Affine(SkewRotation(angle_rad) - Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.3});
   }
+  // Components in [-size, size], from one seed.
+  Eigen::Matrix3Xd RandomField(double size) const {
+    const Eigen::VectorXd x = SeededUniform(static_cast<int>(positions.size()), size);
+    return Eigen::Map<const Eigen::Matrix3Xd>(x.data(), 3, positions.cols());
+  }
 
   double Area(int num_points = 3) const {
     double area = 0.0;
@@ -522,6 +527,21 @@ struct LoopPatch {
     return area;
   }
 };
+
+// Energy of all elements of a patch; Cost is MembraneEnergy or BendingEnergy.
+template <typename Cost>
+double PatchEnergy(const LoopPatch& patch,
+                   StrainMeasure measure,
+                   const Material& material,
+                   const Eigen::Matrix3Xd& displacements,
+                   double turn = 0.0) {
+  double energy = 0.0;
+  for (int e = 0; e < patch.mesh.num_elements; ++e) {
+    const Cost cost(patch.Points(e, 3, turn), measure, material);
+    energy += Energy(cost, patch.Parameters(e, displacements));
+  }
+  return energy;
+}
 
 // Control vertices on the surface, at the parameters of the lattice and one cell beyond.
 inline LoopPatch MakeLoopPatch(const Patch& patch) {

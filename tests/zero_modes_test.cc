@@ -16,7 +16,6 @@
 namespace darboux {
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
@@ -68,6 +67,12 @@ MatrixXd RigidModes(const Matrix3Xd& x) {
   return modes;
 }
 
+Material ThickMaterial() {
+  Material material = SampleMaterial(0.3);
+  material.thickness = 0.1;
+  return material;
+}
+
 class ZeroModesTest : public ::testing::TestWithParam<Patch> {
  protected:
   static LoopPatch FourByFour() {
@@ -78,11 +83,7 @@ class ZeroModesTest : public ::testing::TestWithParam<Patch> {
 
   // 16 cells, 47 control vertices with the ghost ring.
   const LoopPatch patch_ = FourByFour();
-  const Material material_ = [] {
-    Material material = SampleMaterial(0.3);
-    material.thickness = 0.1;
-    return material;
-  }();
+  const Material material_ = ThickMaterial();
   const Matrix3Xd rest_ = Matrix3Xd::Zero(3, patch_.positions.cols());
 };
 
@@ -127,8 +128,7 @@ TEST_P(ZeroModesTest, FreeKoiterShellMovedFarHasNoForceAndTheSameEigenvalues) {
 
 // Forces of a deformed shell add up to nothing, nor have they a moment.
 TEST_P(ZeroModesTest, InnerForcesAreInEquilibrium) {
-  const VectorXd random = SeededUniform(static_cast<int>(rest_.size()), 0.02);
-  const Matrix3Xd deformed = Eigen::Map<const Matrix3Xd>(random.data(), 3, rest_.cols());
+  const Matrix3Xd deformed = patch_.RandomField(0.02);
   const Evaluation e = Assemble(patch_, StrainMeasure::kKoiter, material_, deformed);
   const VectorXd force = e.jacobian.transpose() * e.residuals;
   EXPECT_GT(force.norm(), 1.0);
@@ -155,12 +155,11 @@ INSTANTIATE_TEST_SUITE_P(Patches, ZeroModesTest, ::testing::ValuesIn(SamplePatch
 // Closed, with vertices of valence five.
 TEST(ClosedZeroModesTest, BallHasExactlySix) {
   const LoopPatch ball = MakeIcosphere(1.0, 1);
-  Material material = SampleMaterial(0.3);
-  material.thickness = 0.1;
-  const MatrixXd j =
-      Assemble(
-          ball, StrainMeasure::kLinearKoiter, material, Matrix3Xd::Zero(3, ball.positions.cols()))
-          .jacobian;
+  const MatrixXd j = Assemble(ball,
+                              StrainMeasure::kLinearKoiter,
+                              ThickMaterial(),
+                              Matrix3Xd::Zero(3, ball.positions.cols()))
+                         .jacobian;
   const VectorXd lambda = Eigenvalues(j);
   EXPECT_LT(lambda[5], 1e-20);
   EXPECT_GT(lambda[6], 1e-6);
@@ -168,12 +167,11 @@ TEST(ClosedZeroModesTest, BallHasExactlySix) {
 
 TEST(ClosedZeroModesTest, TorusHasExactlySix) {
   const LoopPatch torus = MakeClosedTorus(1.0, 0.4, 6, 5);
-  Material material = SampleMaterial(0.3);
-  material.thickness = 0.1;
-  const MatrixXd j =
-      Assemble(
-          torus, StrainMeasure::kLinearKoiter, material, Matrix3Xd::Zero(3, torus.positions.cols()))
-          .jacobian;
+  const MatrixXd j = Assemble(torus,
+                              StrainMeasure::kLinearKoiter,
+                              ThickMaterial(),
+                              Matrix3Xd::Zero(3, torus.positions.cols()))
+                         .jacobian;
   const VectorXd lambda = Eigenvalues(j);
   EXPECT_LT(lambda[5], 1e-24);
   EXPECT_GT(lambda[6], 1e-8);

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <thread>
 
+#include "geometry/nearest_name.h"
 #include "solver/scene_reader.h"
 
 DEFINE_string(out, "", "Folder for all results; created when missing.");

@@ -1,0 +1,339 @@
+#include "solver/scene_surface_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+
+#include "geometry/nearest_name.h"
+
+namespace darboux {
+namespace {
+
+constexpr int kMaxVertices = 10000000;
+// Points this far outside a range, relative to its length, are rounding and moved to its end.
+constexpr double kRangeRounding = 1e-9;
+
+const NumberRule kGrading{"a number in (-1, 1)", [](double x) { return x > -1.0 && x < 1.0; }};
+
+const KindKeys& SurfaceKeys() {
+  static const KindKeys& keys = *new KindKeys{{"plane", {}},
+                                              {"cylinder", {"radius"}},
+                                              {"sphere", {"radius"}},
+                                              {"ellipsoid", {"semi_axes"}},
+                                              {"torus", {"radii"}},
+                                              {"monkey_saddle", {"scale"}},
+                                              {"expression", {"position"}}};
+  return keys;
+}
+
+const char* const kSideNames[] = {"u_min", "u_max", "v_min", "v_max", "rim"};
+const char* const kParameterNames[] = {"u", "v"};
+
+}  // namespace
+
+std::string DivisionsAllowed(const std::array<int, 2>& divisions,
+                             const std::array<bool, 2>& periodic) {
+  for (int i = 0; i < 2; ++i) {
+    const int least = periodic[i] ? 4 : 1;
+    if (divisions[i] < least) {
+      return "an integer >= " + std::to_string(least) + " for " + (i == 0 ? "u" : "v") +
+             (periodic[i] ? ", which is periodic" : "");
+    }
+  }
+  const double vertices = (divisions[0] + 1.0) * (divisions[1] + 1.0);
+  if (vertices > kMaxVertices) return "at most " + std::to_string(kMaxVertices) + " vertices";
+  return "";
+}
+
+bool SurfaceReader::ReadSurface(const YamlField& field) {
+  const Names kinds = Kinds(SurfaceKeys());
+  YamlMap map;
+  YamlField kind;
+  surface_.location = Location(field);
+  return OpenMap(field, "a map with the key kind", &map) &&
+         Require(map, "kind", Join(kinds), &kind) &&
+         ReadChoice(kind, kinds, {"implicit", "mesh", "icosphere"}, &surface_.kind) &&
+         CheckKindKeys(map,
+                       SurfaceKeys(),
+                       {"kind", "u", "v", "divisions", "periodic", "grading"},
+                       surface_.kind) &&
+         ReadShape(map) && ReadGrid(map) && CheckSurface(map);
+}
+
+bool SurfaceReader::ReadShape(const YamlMap& map) {
+  const std::string& kind = surface_.kind;
+  std::shared_ptr<const ParametricSurface>& surface = surface_.surface;
+  if (kind == "plane") {
+    surface = MakePlane();
+  } else if (kind == "cylinder" || kind == "sphere") {
+    double radius;
+    if (!RequireNumber(map, "radius", kPositiveNumber, &radius)) return false;
+    surface = kind == "cylinder" ? MakeCylinder(radius) : MakeSphere(radius);
+  } else if (kind == "ellipsoid") {
+    constexpr char kAllowed[] = "a list of three numbers > 0, [a, b, c]";
+    YamlField field;
+    double axes[3];
+    if (!Require(map, "semi_axes", kAllowed, &field) ||
+        !ReadNumbers(field, 3, kAllowed, kPositiveNumber, axes)) {
+      return false;
+    }
+    surface = MakeEllipsoid(axes[0], axes[1], axes[2]);
+  } else if (kind == "torus") {
+    constexpr char kAllowed[] = "a list of two numbers, [R, r] with R > r > 0";
+    YamlField field;
+    double radii[2];
+    if (!Require(map, "radii", kAllowed, &field) ||
+        !ReadNumbers(field, 2, kAllowed, kPositiveNumber, radii)) {
+      return false;
+    }
+    if (radii[1] >= radii[0]) {
+      return Fail(
+          field, "R = " + FormatNumber(radii[0]) + ", r = " + FormatNumber(radii[1]), kAllowed);
+    }
+    surface = MakeTorus(radii[0], radii[1]);
+  } else if (kind == "monkey_saddle") {
+    double scale;
+    if (!RequireNumber(map, "scale", kAnyNumber, &scale)) return false;
+    surface = MakeMonkeySaddle(scale);
+  } else {
+    constexpr char kAllowed[] = "a list of three expressions of u and v, [x, y, z]";
+    YamlField field;
+    std::vector<YamlField> items;
+    if (!Require(map, "position", kAllowed, &field) || !OpenList(field, 3, kAllowed, &items)) {
+      return false;
+    }
+    std::array<std::string, 3> position;
+    std::string mistake;
+    for (int i = 0; i < 3; ++i) {
+      // Parsed once more below; here each mistake has its own line and key.
+      if (!ReadScalar(items[i], "an expression of u and v", &position[i])) return false;
+      if (!Expression::Parse(position[i], {"u", "v"}, &mistake)) {
+        return Fail(items[i],
+                    Describe(items[i]) + " (" + Clean(mistake, 300) + ")",
+                    "an expression of u and v");
+      }
+    }
+    surface = MakeExpressionSurface(position, &mistake);
+    if (surface == nullptr) return Fail(field, Clean(mistake, 300), kAllowed);
+  }
+  return true;
+}
+
+bool SurfaceReader::ReadGrid(const YamlMap& map) {
+  SurfaceSpec& spec = surface_;
+  for (int i = 0; i < 2; ++i) {
+    constexpr char kAllowed[] = "a list of two ascending numbers, [lower, upper]";
+    std::array<double, 2>& range = i == 0 ? spec.u_range : spec.v_range;
+    YamlField field;
+    if (!Require(map, kParameterNames[i], kAllowed, &field) ||
+        !ReadNumbers(field, 2, kAllowed, kAnyNumber, range.data())) {
+      return false;
+    }
+    const double length = range[1] - range[0];
+    const double rounding = 1e-12 * std::max(std::abs(range[0]), std::abs(range[1]));
+    if (!(length > rounding) || !std::isfinite(length)) {
+      return Fail(field, FormatRange(range), kAllowed);
+    }
+  }
+
+  YamlField divisions;
+  std::vector<YamlField> items;
+  constexpr char kDivisionsAllowed[] = "a list of two integers > 0, [cells along u, along v]";
+  if (!Require(map, "divisions", kDivisionsAllowed, &divisions) ||
+      !OpenList(divisions, 2, kDivisionsAllowed, &items) ||
+      !ReadInteger(items[0], "an integer > 0", &spec.divisions[0]) ||
+      !ReadInteger(items[1], "an integer > 0", &spec.divisions[1])) {
+    return false;
+  }
+
+  if (const YamlField* periodic = map.Find("periodic")) {
+    if (!OpenList(*periodic, 2, "a list of two of true | false, [u, v]", &items) ||
+        !ReadBool(items[0], &spec.periodic[0]) || !ReadBool(items[1], &spec.periodic[1])) {
+      return false;
+    }
+  }
+  const std::string allowed = DivisionsAllowed(spec.divisions, spec.periodic);
+  if (!allowed.empty()) {
+    return Fail(
+        divisions,
+        "[" + std::to_string(spec.divisions[0]) + ", " + std::to_string(spec.divisions[1]) + "]",
+        allowed);
+  }
+
+  if (const YamlField* grading = map.Find("grading")) {
+    if (!ReadNumbers(*grading,
+                     2,
+                     "a list of two numbers in (-1, 1), [u, v]",
+                     kGrading,
+                     spec.grading.data()) ||
+        !OpenList(*grading, 2, "", &items)) {
+      return false;
+    }
+    for (int i = 0; i < 2; ++i) {
+      if (spec.periodic[i] && spec.grading[i] != 0.0) {
+        return Fail(items[i],
+                    Describe(items[i]),
+                    std::string("0, because ") + kParameterNames[i] + " is periodic");
+      }
+    }
+  }
+  return true;
+}
+
+bool SurfaceReader::CheckSurface(const YamlMap& map) {
+  const SurfaceSpec& spec = surface_;
+  SurfaceCheck check(spec);
+  const YamlField& shape = *map.Find(spec.kind == "expression" ? "position" : "kind");
+  double u, v;
+  if (!check.IsFinite(&u, &v)) {
+    return Fail(
+        shape,
+        "a surface that is not finite or not twice differentiable at " + FormatParameters(u, v),
+        "a smooth surface over the whole range of u and v");
+  }
+  if (!check.IsRegular(&u, &v)) {
+    const std::string where = "sigma_u x sigma_v = 0 at " + FormatParameters(u, v);
+    for (int i = 1; i >= 0; --i) {
+      const std::string name = kParameterNames[i];
+      const std::array<double, 2>& range = Range(i);
+      const bool pole[2] = {check.IsPole(i, 0), check.IsPole(i, 1)};
+      if (!pole[0] && !pole[1]) continue;
+      const double margin = 0.05 * (range[1] - range[0]);
+      return Fail(*map.Find(name),
+                  FormatRange(range) + ", which ends in a pole (" + where + ")",
+                  "a smaller range that leaves a hole around the pole, e.g. [" +
+                      FormatShort(range[0] + (pole[0] ? margin : 0.0)) + ", " +
+                      FormatShort(range[1] - (pole[1] ? margin : 0.0)) + "]");
+    }
+    // Among the named kinds only those with poles in v come here.
+    return Fail(spec.kind == "expression" ? shape : *map.Find("v"),
+                "a point without tangent plane (" + where + ")",
+                "a surface and ranges of u and v with sigma_u x sigma_v != 0 at every point");
+  }
+  for (int i = 0; i < 2; ++i) {
+    std::string difference;
+    if (!spec.periodic[i] || check.IsPeriodic(i, &difference)) continue;
+    std::vector<YamlField> items;
+    OpenList(*map.Find("periodic"), 2, "", &items);
+    return Fail(items[i],
+                "true, but " + difference,
+                "true only where position and first derivatives agree at both ends, i.e. a range "
+                "of one whole period");
+  }
+  samples_ = check.samples();
+  return true;
+}
+
+bool SurfaceReader::ReadValue(const YamlField& field,
+                              const std::vector<SurfaceSample>& where,
+                              SceneValue* value) {
+  std::string text;
+  if (!ReadScalar(field, kValueAllowed, &text)) return false;
+  double number;
+  const NumberSyntax syntax = ParseNumber(text, &number);
+  if (syntax == NumberSyntax::kNonFinite) {
+    return Fail(field, Describe(field) + ", which is not finite", kValueAllowed);
+  }
+  if (syntax == NumberSyntax::kNumber) {
+    value->expression = Expression::Constant(number);
+    return true;
+  }
+  std::string mistake;
+  const std::optional<Expression> expression =
+      Expression::Parse(text, {"u", "v", "x", "y", "z"}, &mistake);
+  if (!expression) {
+    return Fail(field, Describe(field) + " (" + Clean(mistake, 300) + ")", kValueAllowed);
+  }
+  value->expression = *expression;
+  if (expression->IsConstant()) {
+    const double zeros[5] = {};
+    if (std::isfinite(expression->Evaluate(zeros))) return true;
+    return Fail(field, Describe(field) + ", which is not finite", kValueAllowed);
+  }
+  if (const SurfaceSample* at = FirstNonFinite(*expression, where)) {
+    return Fail(field,
+                Describe(field) + ", which is not finite at " + FormatParameters(at->u, at->v),
+                "an expression that is finite wherever it acts");
+  }
+  return true;
+}
+
+bool SurfaceReader::ReadVector(const YamlField& field,
+                               const std::vector<SurfaceSample>& where,
+                               SceneVector* value) {
+  std::vector<YamlField> items;
+  if (!OpenList(field, 3, "a list of three numbers or expressions, [x, y, z]", &items)) {
+    return false;
+  }
+  for (int i = 0; i < 3; ++i) {
+    if (!ReadValue(items[i], where, &value->component[i])) return false;
+  }
+  return true;
+}
+
+bool SurfaceReader::ReadParameter(const YamlField& field, int parameter, double* value) {
+  if (!ReadNumber(field, kAnyNumber, value)) return false;
+  const std::array<double, 2>& range = Range(parameter);
+  const double rounding = kRangeRounding * (range[1] - range[0]);
+  if (*value < range[0] - rounding || *value > range[1] + rounding) {
+    return Fail(field,
+                Describe(field),
+                std::string(kParameterNames[parameter]) + " in " + FormatRange(range));
+  }
+  *value = std::clamp(*value, range[0], range[1]);
+  return true;
+}
+
+bool SurfaceReader::ReadRegion(const YamlField& field, bool near_allowed, Region* region) {
+  Names sides;
+  for (int i = 0; i < 5; ++i) {
+    if (HasSide(surface_, i)) sides.push_back(kSideNames[i]);
+  }
+  Names allowed = sides;
+  if (near_allowed) allowed.push_back("{near: [x, y, z], radius: r}");
+  if (near_allowed && field.node.IsMap()) {
+    YamlMap map;
+    YamlField near;
+    region->kind = Region::Kind::kNear;
+    return OpenMap(field, Join(allowed), &map) && CheckKeys(map, {"near", "radius"}) &&
+           Require(map, "near", kVectorAllowed, &near) &&
+           ReadNumbers(near, 3, kVectorAllowed, kAnyNumber, region->center.data()) &&
+           RequireNumber(map, "radius", kNotNegativeNumber, &region->radius);
+  }
+  const std::string allowed_text =
+      allowed.empty() ? "no edge, as the surface is closed" : Join(allowed);
+  std::string text;
+  if (!ReadScalar(field, allowed_text, &text)) return false;
+  for (int i = 0; i < 5; ++i) {
+    if (text != kSideNames[i]) continue;
+    region->kind = static_cast<Region::Kind>(i);
+    if (HasSide(surface_, i)) return true;
+    const std::string why = i == 4 ? "u and v are" : std::string(kParameterNames[i / 2]) + " is";
+    return Fail(
+        field, Quote(text) + ", which does not exist because " + why + " periodic", allowed_text);
+  }
+  return Fail(field, Describe(field), allowed_text, NearestName(text, sides));
+}
+
+bool SurfaceReader::ReadPoint(const YamlField& field, SurfacePoint* point) {
+  constexpr char kAllowed[] = "{uv: [u, v]} | {nearest: [x, y, z]}";
+  YamlMap map;
+  if (!OpenMap(field, kAllowed, &map) || !CheckKeys(map, {"uv", "nearest"})) return false;
+  const YamlField* const uv = map.Find("uv");
+  const YamlField* const nearest = map.Find("nearest");
+  if ((uv != nullptr) == (nearest != nullptr)) {
+    return Fail(field, uv != nullptr ? "uv and nearest" : "an empty map", kAllowed);
+  }
+  point->location = Location(uv != nullptr ? *uv : *nearest);
+  if (nearest != nullptr) {
+    point->kind = SurfacePoint::Kind::kNearest;
+    return ReadNumbers(*nearest, 3, kVectorAllowed, kAnyNumber, point->nearest.data());
+  }
+  point->kind = SurfacePoint::Kind::kUv;
+  std::vector<YamlField> items;
+  return OpenList(*uv, 2, "a list of two numbers, [u, v]", &items) &&
+         ReadParameter(items[0], 0, &point->uv[0]) && ReadParameter(items[1], 1, &point->uv[1]);
+}
+
+}  // namespace darboux
