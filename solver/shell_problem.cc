@@ -100,14 +100,11 @@ const char* ToString(Effect effect) {
   return "";
 }
 
-ShellProblem::ShellProblem(const Scene& scene, const Options& options)
+ShellProblem::ShellProblem(const Scene& scene, const Material& material, const Options& options)
     : scene_(scene),
       options_(options),
+      material_(material),
       measure_(MeasureOf(scene.model.strains, options.nonlinear)) {
-  material_.thickness = scene.shell.thickness;
-  material_.young_modulus = scene.shell.young_modulus;
-  material_.poisson_ratio = scene.shell.poisson_ratio;
-  material_.density = scene.shell.density;
   const SurfaceSpec& spec = scene.surface;
   ParameterDomain::Options domain;
   domain.u_range = spec.u_range;
@@ -134,19 +131,28 @@ ShellProblem::ShellProblem(const Scene& scene, const Options& options)
   }
   frame_.center = center / area;
   frame_.length = surface_->size();
+  force_unit_ = material_.BendingStiffness() / (frame_.length * frame_.length);
+  scaled_material_ = material_;
+  scaled_material_.young_modulus /= force_unit_;
   displacements_ = Eigen::Matrix3Xd::Zero(3, surface_->mesh().num_vertices);
 }
 
 std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
                                                    const Options& options,
                                                    std::string* error) {
-  std::unique_ptr<ShellProblem> problem(new ShellProblem(scene, options));
-  if (!problem->material_.IsValid(error)) return nullptr;
+  Material material;
+  material.thickness = scene.shell.thickness;
+  material.young_modulus = scene.shell.young_modulus;
+  material.poisson_ratio = scene.shell.poisson_ratio;
+  material.density = scene.shell.density;
+  if (!material.IsValid(error)) return nullptr;
+  std::unique_ptr<ShellProblem> problem(new ShellProblem(scene, material, options));
   problem->dead_loads_ =
       AssembleDeadLoads(scene, *problem->surface_, options.nonlinear, problem->frame_);
+  problem->dead_loads_.force /= problem->force_unit_;
   if (!MakeSupportConditions(scene,
                              *problem->surface_,
-                             problem->material_,
+                             problem->scaled_material_,
                              problem->frame_,
                              &problem->supports_,
                              error)) {
@@ -212,6 +218,7 @@ void ShellProblem::ChooseUnknowns() {
   if (mixes || drives_normal == drives_plane) return;
   if (drives_normal) {
     unknowns_ = Unknowns::kNormalOnly;
+    for (PlacedCondition& c : supports_.conditions) c.stiffness *= kDecoupledStiffening;
     membrane = {false,
                 "flat plate, transverse loads and supports, linear theory: the in-plane "
                 "displacement is exactly zero",
@@ -275,7 +282,7 @@ bool ShellProblem::HoldRigidMotions(std::string* error) {
     const ElementPoint at{e, 1.0 / 3.0, 1.0 / 3.0};
     const StrainPoint point = surface_->MakePoint(at);
     for (const Eigen::Vector3d& direction : {point.t1, point.t2, point.n}) {
-      candidates.push_back(PointCondition(*surface_, at, direction, material_, frame_));
+      candidates.push_back(PointCondition(*surface_, at, direction, scaled_material_, frame_));
     }
   }
   Eigen::MatrixXd moved(motions.cols(), candidates.size());
@@ -342,10 +349,11 @@ void ShellProblem::AddStrainEnergies() {
     };
     if (effect(Effect::kMembrane).on) {
       add(Effect::kMembrane,
-          std::make_unique<MembraneEnergy>(points_[e], measure_, material_, tension_rows));
+          std::make_unique<MembraneEnergy>(points_[e], measure_, scaled_material_, tension_rows));
     }
     if (effect(Effect::kBending).on) {
-      add(Effect::kBending, std::make_unique<BendingEnergy>(points_[e], measure_, material_));
+      add(Effect::kBending,
+          std::make_unique<BendingEnergy>(points_[e], measure_, scaled_material_));
     }
     ceres::CostFunction* block =
         costs.size() == 1 ? costs.front().release() : new StackedCost(std::move(costs));
@@ -413,7 +421,7 @@ void ShellProblem::AddLoads() {
 
   // Curvature of a potential's block, (dU/du)^2 / s^2, against the membrane stiffness: 1e-16.
   const double largest = force_.cwiseAbs().maxCoeff();
-  const double stiffness = std::sqrt(material_.MembraneStiffness());
+  const double stiffness = std::sqrt(scaled_material_.MembraneStiffness());
   const auto scale = [&](double force) { return 1e8 * force / stiffness; };
   for (int i = 0; i < force_.cols(); ++i) {
     if (!surface_->IsActive(i)) continue;
@@ -451,7 +459,8 @@ void ShellProblem::AddLoads() {
         std::vector<double> pressure;
         double total = 0.0;
         for (size_t q = 0; q < rule.size(); ++q) {
-          pressure.push_back(EvaluateAt(load.value, *surface_, {e, rule[q].s, rule[q].t}));
+          pressure.push_back(EvaluateAt(load.value, *surface_, {e, rule[q].s, rule[q].t}) /
+                             force_unit_);
           total += std::abs(pressure.back()) * (*points_[e])[q].area;
         }
         if (total == 0.0) continue;
@@ -465,7 +474,7 @@ void ShellProblem::AddLoads() {
     } else if (load.kind == LoadSpec::Kind::kEdge) {
       for (const Side side : SidesOf(load.on, *surface_)) {
         for (const auto& edge : surface_->SidePoints(side, 3)) {
-          const Eigen::Vector3d moment = EvaluateAt(load.moment, *surface_, edge.at);
+          const Eigen::Vector3d moment = EvaluateAt(load.moment, *surface_, edge.at) / force_unit_;
           if (moment.isZero(0.0)) continue;
           Record(Effect::kLoads,
                  Potential::AddTo(
@@ -556,15 +565,15 @@ double ShellProblem::StrainEnergyOf(const std::vector<const ceres::CostFunction*
 }
 
 double ShellProblem::Energy(Effect effect) {
-  if (effect == Effect::kMembrane) return StrainEnergyOf(strain_energies_[0]);
-  if (effect == Effect::kBending) return StrainEnergyOf(strain_energies_[1]);
+  if (effect == Effect::kMembrane) return force_unit_ * StrainEnergyOf(strain_energies_[0]);
+  if (effect == Effect::kBending) return force_unit_ * StrainEnergyOf(strain_energies_[1]);
   const auto& blocks = blocks_[static_cast<int>(effect)];
   if (blocks.empty()) return 0.0;
   ceres::Problem::EvaluateOptions options;
   options.residual_blocks = blocks;
   double cost = 0.0;
   problem_->Evaluate(options, &cost, nullptr, nullptr, nullptr);
-  return cost;
+  return force_unit_ * cost;
 }
 
 Eigen::Matrix3Xd ShellProblem::EvaluateGradient(const std::vector<ceres::ResidualBlockId>* blocks) {
@@ -596,7 +605,7 @@ Eigen::Matrix3Xd ShellProblem::EvaluateGradient(const std::vector<ceres::Residua
       next += 3;
     }
   }
-  return result;
+  return force_unit_ * result;
 }
 
 Eigen::Matrix3Xd ShellProblem::Gradient() { return EvaluateGradient(nullptr); }
@@ -607,7 +616,7 @@ Eigen::Matrix3Xd ShellProblem::Gradient(Effect effect) {
   return EvaluateGradient(&blocks);
 }
 
-Eigen::Vector3d ShellProblem::Reaction() const {
+Eigen::Vector3d ShellProblem::Reaction() {
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();
   for (const auto* list : {&supports_.conditions, &isostatic_}) {
     for (const PlacedCondition& condition : *list) {
@@ -616,51 +625,48 @@ Eigen::Vector3d ShellProblem::Reaction() const {
       for (size_t i = 0; i < vertices.size(); ++i) {
         c += condition.coefficients.col(i).dot(displacements_.col(vertices[i]));
       }
-      reaction -= condition.stiffness * c * condition.direction;
+      reaction -= force_unit_ * condition.stiffness * c * condition.direction;
     }
   }
   if (supports_.fixed_vertices.empty()) return reaction;
-  // What holds a fixed vertex is what its elements and loads leave unbalanced there.
-  std::vector<char> fixed(displacements_.cols(), 0);
+  // What holds a fixed vertex is what all energies together leave unbalanced there.
   for (const int vertex : supports_.fixed_vertices) {
-    fixed[vertex] = 1;
-    reaction -= force_.col(vertex);
+    problem_->SetParameterBlockVariable(displacements_.col(vertex).data());
   }
-  std::vector<double> residuals;
-  std::vector<Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>> jacobians;
-  for (const auto& costs : strain_energies_) {
-    for (size_t e = 0; e < costs.size(); ++e) {
-      const auto& vertices = surface_->control_vertices(static_cast<int>(e));
-      std::vector<const double*> blocks;
-      std::vector<double*> rows;
-      bool touches = false;
-      residuals.resize(costs[e]->num_residuals());
-      jacobians.resize(vertices.size());
-      for (size_t i = 0; i < vertices.size(); ++i) {
-        touches = touches || fixed[vertices[i]];
-        blocks.push_back(displacements_.col(vertices[i]).data());
-        jacobians[i].resize(residuals.size(), 3);
-        rows.push_back(fixed[vertices[i]] ? jacobians[i].data() : nullptr);
-      }
-      if (!touches || !costs[e]->Evaluate(blocks.data(), residuals.data(), rows.data())) continue;
-      for (size_t i = 0; i < vertices.size(); ++i) {
-        if (!fixed[vertices[i]]) continue;
-        reaction += jacobians[i].transpose() *
-                    Eigen::Map<const Eigen::VectorXd>(residuals.data(), residuals.size());
-      }
-    }
+  const Eigen::Matrix3Xd gradient = Gradient();
+  for (const int vertex : supports_.fixed_vertices) {
+    problem_->SetParameterBlockConstant(displacements_.col(vertex).data());
+    reaction += gradient.col(vertex);
   }
   return reaction;
 }
 
+double ShellProblem::LargestViolation(int* support) const {
+  *support = -1;
+  double largest = 0.0;
+  for (const PlacedCondition& condition : supports_.conditions) {
+    if (condition.stiffness == 0.0 || condition.direction.isZero(0.0)) continue;
+    double c = -load_factor_ * condition.target;
+    for (size_t i = 0; i < condition.vertices.size(); ++i) {
+      c += condition.coefficients.col(i).dot(displacements_.col(condition.vertices[i]));
+    }
+    if (std::abs(c) > largest) {
+      largest = std::abs(c);
+      *support = condition.support;
+    }
+  }
+  const double size = displacements_.cwiseAbs().maxCoeff();
+  return size > 0.0 ? largest / size : 0.0;
+}
+
 Eigen::Vector3d ShellProblem::AppliedForce() const {
-  Eigen::Vector3d force = load_factor_ * dead_loads_.force.rowwise().sum();
+  Eigen::Vector3d force = load_factor_ * force_unit_ * dead_loads_.force.rowwise().sum();
   for (const auto& follower : followers_) {
     std::vector<const double*> blocks;
     for (const int vertex : surface_->control_vertices(follower.first)) {
       blocks.push_back(displacements_.col(vertex).data());
     }
-    force += follower.second->ExactForce(blocks.data()).rowwise().sum();
+    force += force_unit_ * follower.second->ExactForce(blocks.data()).rowwise().sum();
   }
   return force;
 }

@@ -46,7 +46,8 @@ struct EffectReport {
 // Which part of the displacement is unknown. A flat plate decouples in the linear theory.
 enum class Unknowns { kAll, kNormalOnly, kInPlaneOnly };
 
-// A scene as a ceres::Problem: potential energy = 1/2 sum of squares + potentials, one parameter
+// A scene as a ceres::Problem: potential energy / force_unit() =
+// 1/2 sum of squares + potentials, one parameter
 // block of 3 per control vertex. Only effects the scene calls for add blocks.
 class ShellProblem {
  public:
@@ -76,6 +77,8 @@ class ShellProblem {
   // Scales dead loads, follower loads and prescribed displacements.
   void SetLoadFactor(double factor);
   double load_factor() const { return load_factor_; }
+  // Energies and gradients within problem() times this are those of the scene.
+  double force_unit() const { return force_unit_; }
 
   // Whether some force has no potential here, so that UpdateCorrection is needed.
   bool NeedsCorrection() const { return !followers_.empty(); }
@@ -92,13 +95,17 @@ class ShellProblem {
   // them up without reaction.
   const std::vector<std::string>& free_motions() const { return free_motions_; }
 
+  // The largest violation of a held displacement component, relative to the largest displacement,
+  // and the support it belongs to (-1: none). Far above rounding where supports contradict.
+  double LargestViolation(int* support) const;
+
   // Energy of an effect in the present state, J.
   double Energy(Effect effect);
   // Gradient of the whole energy (3 x vertices), and of a part of it.
   Eigen::Matrix3Xd Gradient();
   Eigen::Matrix3Xd Gradient(Effect effect);
   // Net force of the supports on the shell; force of all loads on it.
-  Eigen::Vector3d Reaction() const;
+  Eigen::Vector3d Reaction();
   Eigen::Vector3d AppliedForce() const;
 
   // Limit displacement at a point.
@@ -107,7 +114,7 @@ class ShellProblem {
   const std::vector<StrainPoints>& strain_points() const { return points_; }
 
  private:
-  ShellProblem(const Scene& scene, const Options& options);
+  ShellProblem(const Scene& scene, const Material& material, const Options& options);
 
   bool HoldRigidMotions(std::string* error);
   void ChooseUnknowns();
@@ -123,6 +130,12 @@ class ShellProblem {
   Scene scene_;
   Options options_;
   Material material_;
+  // Blocks hold energies divided by force_unit_ = D / size^2, N/m, the stiffness of the shell's
+  // bending, so that gradients are of the order of the displacements or larger in any system of
+  // units: Ceres' damping, column scaling and gradient norm have absolute constants in them.
+  // Everything public but problem() is in the scene's units.
+  double force_unit_ = 1.0;
+  Material scaled_material_;
   StrainMeasure measure_;
   std::unique_ptr<ShellSurface> surface_;
   RigidFrame frame_;

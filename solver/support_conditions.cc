@@ -11,10 +11,11 @@ namespace darboux {
 namespace {
 
 // Support springs relative to the stiffness of the membrane over one element; rotations are held by
-// the same springs at the arm of one element height. What supports give way falls like 1 /
-// stiffness; the digits that their forces lose, eps * stiffness * displacement, grow with it.
-// Measured flat over two decades to either side (tests/support_conditions_test.cc).
-constexpr double kStiffness = 1e5;
+// the same springs at the arm of one element height. A held displacement gives way by strain *
+// element / kStiffness, 1e-5 of the displacements or less; the solution of the normal equations
+// loses kStiffness * 1e-13 or so of its digits (results in mm and m agree to 5e-10 at 1e4, to 7e-9
+// at 1e5; tests/shell_solver_test.cc).
+constexpr double kStiffness = 1e4;
 
 // Gauss points per element edge in the weighted means.
 constexpr int kPointsPerEdge = 4;
@@ -186,13 +187,20 @@ void AddNeighbourhood(const SupportSpec& support,
   std::vector<ElementPoint> points;
   const auto& options = surface.domain().options();
   if (support.on.radius > 0.0) {
-    const int last[2] = {options.divisions[0] - (options.periodic[0] ? 1 : 0),
-                         options.divisions[1] - (options.periodic[1] ? 1 : 0)};
-    for (int j = 0; j <= last[1]; ++j) {
-      for (int i = 0; i <= last[0]; ++i) {
-        const ElementPoint point = surface.domain().LocateLattice(i, j);
-        if ((surface.Position(point) - center).norm() <= support.on.radius) {
-          points.push_back(point);
+    // Lattice vertices, or a finer lattice until the neighbourhood is more than a few points, so
+    // that one smaller than a cell still holds as an area does.
+    constexpr size_t kFewest = 7;
+    for (int parts = 1; parts <= 16 && points.size() < kFewest; parts *= 2) {
+      points.clear();
+      const int last[2] = {parts * options.divisions[0] - (options.periodic[0] ? 1 : 0),
+                           parts * options.divisions[1] - (options.periodic[1] ? 1 : 0)};
+      for (int j = 0; j <= last[1]; ++j) {
+        for (int i = 0; i <= last[0]; ++i) {
+          const ElementPoint point = surface.domain().LocateLattice(static_cast<double>(i) / parts,
+                                                                    static_cast<double>(j) / parts);
+          if ((surface.Position(point) - center).norm() <= support.on.radius) {
+            points.push_back(point);
+          }
         }
       }
     }
@@ -245,6 +253,19 @@ bool CheckSymmetry(const SupportSpec& support,
     }
   }
   return true;
+}
+
+// The same for a neighbourhood, at its middle.
+bool CheckNearSymmetry(const SupportSpec& support,
+                       const ShellSurface& surface,
+                       std::string* error) {
+  const Eigen::Vector3d normal(support.normal[0], support.normal[1], support.normal[2]);
+  const Eigen::Vector3d center(support.on.center[0], support.on.center[1], support.on.center[2]);
+  if (std::abs(surface.MakePoint(surface.ClosestPoint(center)).n.dot(normal)) <= 1e-6) return true;
+  *error = Where(support.location) +
+           "found a mirror plane that does not meet the shell at a right angle there; allowed is a "
+           "plane of mirror symmetry of the shell";
+  return false;
 }
 
 // boundary_rule seed_ghosts: the boundary ring (and for a clamped side the ring inside it) is zero.
@@ -333,9 +354,21 @@ bool MakeSupportConditions(const Scene& scene,
                            SupportConditions* result,
                            std::string* error) {
   const bool seed = scene.model.boundary_rule == BoundaryRule::kSeedGhosts;
-  for (const SupportSpec& support : scene.supports) {
+  for (size_t index = 0; index < scene.supports.size(); ++index) {
+    const SupportSpec& support = scene.supports[index];
+    const size_t first = result->conditions.size();
+    const auto mark = [&] {
+      for (size_t i = first; i < result->conditions.size(); ++i) {
+        result->conditions[i].support = static_cast<int>(index);
+      }
+    };
     if (support.on.kind == Region::Kind::kNear) {
+      if (support.kind == SupportSpec::Kind::kSymmetry &&
+          !CheckNearSymmetry(support, surface, error)) {
+        return false;
+      }
       AddNeighbourhood(support, surface, material, frame, result);
+      mark();
       continue;
     }
     for (const Side side : SidesOf(support.on, surface)) {
@@ -363,6 +396,7 @@ bool MakeSupportConditions(const Scene& scene,
         AddSide(support, side, surface, material, frame, result);
       }
     }
+    mark();
   }
   auto& fixed = result->fixed_vertices;
   std::sort(fixed.begin(), fixed.end());

@@ -14,6 +14,7 @@ namespace darboux {
 
 // One linear condition on the displacement field (costs/support.h) and where it acts.
 struct PlacedCondition {
+  int support = -1;               // index in scene.supports; -1: none of them
   std::vector<int> vertices;      // control vertices
   Eigen::Matrix3Xd coefficients;  // one column per control vertex
   double stiffness = 0.0;
@@ -30,6 +31,11 @@ struct SupportConditions {
   // Control vertices held at zero one and all: boundary_rule seed_ghosts only.
   std::vector<int> fixed_vertices;
 };
+
+// What the springs of a flat plate can be stiffened by when only its transverse displacement is
+// unknown: without the membrane in the matrix there are digits to spare. The result of plates is
+// flat over two decades to either side (tests/support_conditions_test.cc).
+constexpr double kDecoupledStiffening = 10.0;
 
 // Turns the supports of a scene into conditions. In neighbourhoods: one per lattice vertex and
 // component (the nearest surface point where the neighbourhood holds none). On sides: one per

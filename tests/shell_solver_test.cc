@@ -110,7 +110,8 @@ TEST(ShellSolverTest, DecoupledPlateEqualsTheCoupledOne) {
       Replace(kPlate, "loads:\n", "loads:\n  - {kind: traction, force: [1.0e-3, 0, 0]}\n")));
   EXPECT_TRUE(EffectNamed(coupled.summary, "membrane").report.on);
   EXPECT_EQ(coupled.summary.unknowns, coupled.summary.dof);
-  EXPECT_NEAR(alone.Probe().z(), coupled.Probe().z(), 1e-9 * coupled.Probe().z());
+  // Up to the supports' springs, which the decoupled plate affords ten times as stiff.
+  EXPECT_NEAR(alone.Probe().z(), coupled.Probe().z(), 5e-6 * coupled.Probe().z());
 }
 
 TEST(ShellSolverTest, InPlaneLoadNeedsNoBending) {
@@ -130,8 +131,9 @@ probes:
 )"));
   EXPECT_FALSE(EffectNamed(solution.summary, "bending").report.on);
   const double strain = 30.0 / (2.0e5 * 0.1);
-  EXPECT_NEAR(solution.Probe().x(), strain * 10.0, 1e-5 * strain * 10.0);
-  EXPECT_NEAR(solution.Probe().y(), -0.25 * strain * 2.0, 1e-5 * strain * 10.0);
+  // Supports give way by strain * element / 1e4.
+  EXPECT_NEAR(solution.Probe().x(), strain * 10.0, 2e-4 * strain);
+  EXPECT_NEAR(solution.Probe().y(), -0.25 * strain * 2.0, 2e-4 * strain);
 }
 
 TEST(ShellSolverTest, EffectsThatAreOffSayWhyAndAddNothing) {
@@ -191,6 +193,20 @@ probes:
   }
 }
 
+TEST(ShellSolverTest, ThinCylinderDoesNotDependOnTheUnitOfLengthEither) {
+  std::string metres = Replace(kCylinder, "radius: 300, u: [0, 300]", "radius: 0.3, u: [0, 0.3]");
+  metres = Replace(
+      metres, "thickness: 3, young_modulus: 3.0e6", "thickness: 0.003, young_modulus: 3.0e12");
+  metres = Replace(metres, "uv: [300, 0]}, force", "uv: [0.3, 0]}, force");
+  metres = Replace(metres, "uv: [300, 0]}}", "uv: [0.3, 0]}}");
+  for (const int n : {8, 16, 32}) {
+    Scene mm = SceneFromText(kCylinder), m = SceneFromText(metres);
+    mm.surface.divisions = m.surface.divisions = {n, n};
+    const Eigen::Vector3d in_mm = SolveScene(mm).Probe();
+    EXPECT_LE((1e3 * SolveScene(m).Probe() - in_mm).norm(), 1e-9 * in_mm.norm()) << n;
+  }
+}
+
 TEST(ShellSolverTest, NonlinearTheoryTendsToTheLinearOne) {
   // Half the load, half the relative difference.
   const auto difference = [](double force) {
@@ -199,7 +215,7 @@ TEST(ShellSolverTest, NonlinearTheoryTendsToTheLinearOne) {
     const Eigen::Vector3d linear = SolveScene(scene).Probe();
     scene.model.theory = Theory::kNonlinear;
     SolverOptions options;
-    options.gradient_tolerance = 1e-9;
+    options.gradient_tolerance = 1e-8;
     return (SolveScene(scene, options).Probe() - linear).norm() / linear.norm();
   };
   const double coarse = difference(400.0), fine = difference(200.0);
@@ -326,7 +342,8 @@ probes:
   - {name: inside, at: {uv: [0.7, 0.5]}}
 )"));
   const Eigen::Vector3d expected = 0.2 * solution.summary.probes[0].position;
-  EXPECT_LE((solution.Probe() - expected).norm(), 2e-5 * expected.norm());
+  // Mirror planes give way by strain * element / 1e4: a twelfth of a quarter circle of the radius.
+  EXPECT_LE((solution.Probe() - expected).norm(), 5e-5 * expected.norm());
 }
 
 TEST(ShellSolverTest, InflatedFreeTubeIsExact) {
@@ -468,6 +485,132 @@ TEST(ShellSolverTest, SideThatIsNoMirrorPlaneIsRefused) {
   EXPECT_FALSE(Solve(scene, SolverOptions(), &problem, &summary, &error));
   EXPECT_THAT(error, HasSubstr("test.yaml:9: supports[2]"));
   EXPECT_THAT(error, HasSubstr("mirror symmetry"));
+}
+
+TEST(ShellSolverTest, PrescribedDisplacementConvergesInSteps) {
+  // No load sets a force scale here, only reactions that are still to be found.
+  Scene scene = SceneFromText(R"(
+name: lifted
+surface: {kind: plane, u: [0, 1], v: [0, 0.25], divisions: [8, 2]}
+shell: {thickness: 0.002, young_modulus: 1.0e6, poisson_ratio: 0.3}
+model: {theory: nonlinear}
+supports:
+  - {on: u_min, clamped: true}
+  - {on: u_max, fix: [z], displacement: [0, 0, 0.1]}
+probes:
+  - {name: tip, at: {uv: [1, 0.125]}}
+)");
+  const Solution once = SolveScene(scene);
+  scene.steps = 5;
+  const Solution stepped = SolveScene(scene);
+  ASSERT_EQ(stepped.summary.steps.size(), 5u);
+  EXPECT_NEAR(stepped.summary.steps[1].probe_displacements[0].z(), 0.04, 1e-6);
+  EXPECT_LE((once.Probe() - stepped.Probe()).norm(), 1e-5 * once.Probe().norm());
+}
+
+TEST(ShellSolverTest, TinyUnitsOfForceChangeNothing) {
+  // Absolute constants within the solver must not show: modulus and loads scaled by 1e-18.
+  const auto run = [](const std::string& theory, bool tiny) {
+    std::string text = Replace(kCylinder, "theory: linear", "theory: " + theory);
+    if (tiny) {
+      text = Replace(text, "young_modulus: 3.0e6", "young_modulus: 3.0e-12");
+      text = Replace(text, "-0.25]", "-0.25e-18]");
+    }
+    return SolveScene(SceneFromText(text));
+  };
+  for (const std::string theory : {"linear", "nonlinear"}) {
+    const Solution plain = run(theory, false), tiny = run(theory, true);
+    EXPECT_LE((tiny.Probe() - plain.Probe()).norm(), 1e-9 * plain.Probe().norm()) << theory;
+    EXPECT_GT(tiny.summary.gradient_norm, 0.0);
+    EXPECT_NEAR(tiny.summary.energy_total / plain.summary.energy_total, 1e-18, 1e-27) << theory;
+  }
+}
+
+TEST(ShellSolverTest, SupportsThatContradictAreNamed) {
+  const Scene scene = SceneFromText(Replace(
+      kPlate, "loads:", "  - {on: u_min, clamped: true, displacement: [0, 0, 0.1]}\nloads:"));
+  std::unique_ptr<ShellProblem> problem;
+  SolverSummary summary;
+  std::string error;
+  ASSERT_TRUE(Solve(scene, SolverOptions(), &problem, &summary, &error)) << error;
+  EXPECT_FALSE(summary.IsConverged());
+  EXPECT_THAT(summary.message, HasSubstr("contradicts"));
+  EXPECT_THAT(summary.message, HasSubstr("test.yaml:"));
+}
+
+TEST(ShellSolverTest, SeedRingsAndSpringsTogetherBalanceTheLoads) {
+  Scene scene = SceneFromText(R"(
+name: patch
+surface: {kind: cylinder, radius: 1, u: [0, 1], v: [0, 1], divisions: [8, 8]}
+shell: {thickness: 0.02, young_modulus: 1.0e6, poisson_ratio: 0.3}
+model: {theory: linear, boundary_rule: seed_ghosts}
+supports:
+  - {on: u_min, clamped: true}
+  - {on: {near: [0.2, 0, 1], radius: 0.3}, fix: [z]}
+loads:
+  - {kind: point, at: {uv: [1, 1]}, force: [0.1, 0.2, -0.3]}
+  - {kind: pressure, value: 5}
+)");
+  EXPECT_LE(SolveScene(scene).summary.force_balance, 1e-8);
+  scene.model.theory = Theory::kNonlinear;
+  EXPECT_LE(SolveScene(scene).summary.force_balance, 1e-6);
+}
+
+TEST(ShellSolverTest, SmallNeighbourhoodHoldsLikeAnArea) {
+  // A disc held at a spot smaller than a cell cannot turn about it.
+  const auto tip = [](const std::string& radius) {
+    return SolveScene(SceneFromText(R"(
+name: spot
+surface: {kind: plane, u: [-1, 1], v: [-1, 1], divisions: [8, 8]}
+shell: {thickness: 0.01, young_modulus: 1.0e6, poisson_ratio: 0.3}
+model: {theory: linear}
+supports:
+  - {on: {near: [0, 0, 0], radius: )" +
+                                    radius + R"(}, fix: [x, y, z]}
+loads:
+  - {kind: point, at: {uv: [1, 1]}, force: [0, 0, 1.0e-4]}
+probes:
+  - {name: tip, at: {uv: [1, 1]}}
+)"))
+        .Probe()
+        .z();
+  };
+  EXPECT_GT(tip("0.05"), tip("0.2"));
+  EXPECT_GT(tip("0.2"), tip("0.6"));
+}
+
+TEST(ShellSolverTest, SceneBeyondTheMemoryIsRefused) {
+  Scene scene = SceneFromText(kPlate);
+  scene.surface.divisions = {300000, 300000};
+  std::unique_ptr<ShellProblem> problem;
+  SolverSummary summary;
+  std::string error;
+  EXPECT_FALSE(Solve(scene, SolverOptions(), &problem, &summary, &error));
+  EXPECT_THAT(error, HasSubstr("surface.divisions"));
+  EXPECT_THAT(error, HasSubstr("GiB"));
+}
+
+TEST(ShellSolverTest, FailedStepLeavesTheLastGoodState) {
+  // The edge moment turns the tip beyond half a turn, where its angle ends.
+  Scene scene = SceneFromText(R"(
+name: roll
+surface: {kind: plane, u: [0, 10], v: [0, 1], divisions: [16, 2]}
+shell: {thickness: 0.1, young_modulus: 1.2e6, poisson_ratio: 0}
+model: {theory: nonlinear}
+supports:
+  - {on: u_min, clamped: true}
+loads:
+  - {kind: edge, on: u_max, moment: [0, -40, 0]}
+)");
+  std::unique_ptr<ShellProblem> problem;
+  SolverSummary summary;
+  std::string error;
+  ASSERT_TRUE(Solve(scene, SolverOptions(), &problem, &summary, &error)) << error;
+  EXPECT_FALSE(summary.IsConverged());
+  EXPECT_THAT(summary.message, HasSubstr("last good state"));
+  EXPECT_LE(summary.gradient_norm, 1e-7);
+  EXPECT_GT(summary.steps.back().factor, 0.4);
+  EXPECT_LT(summary.steps.back().factor, 1.0);
 }
 
 TEST(ShellSolverTest, StopFlagKeepsAFiniteState) {

@@ -284,10 +284,10 @@ TEST(SupportConditionsTest, RadiusZeroHoldsTheNearestPoint) {
       3u);
 }
 
-TEST(SupportConditionsTest, ARadiusHoldsTheLatticeVerticesWithin) {
+TEST(SupportConditionsTest, ARadiusHoldsTheLatticePointsWithin) {
   const auto plate = Plate();
   const Eigen::Vector3d center(1.5, 1.0, 0.2);
-  for (const double radius : {0.45, 0.8, 1.1, 10.0}) {
+  for (const double radius : {1.1, 1.5, 10.0}) {
     std::set<std::pair<int, int>> within;
     for (int j = 0; j <= kN; ++j) {
       for (int i = 0; i <= kM; ++i) {
@@ -295,15 +295,22 @@ TEST(SupportConditionsTest, ARadiusHoldsTheLatticeVerticesWithin) {
         if ((x - center).norm() <= radius) within.insert({i, j});
       }
     }
-    ASSERT_GE(within.size(), 2u);
+    ASSERT_GE(within.size(), 7u);
     const auto fixed = Near(Fix(Region::Kind::kRim, {false, true, true}), center, radius);
     EXPECT_EQ(Make({fixed}, *plate).conditions.size(), 2 * within.size()) << radius;
     const auto clamped = Near(Support(Region::Kind::kRim, Kind::kClamped), center, radius);
     EXPECT_EQ(Make({clamped}, *plate).conditions.size(), 5 * within.size()) << radius;
     EXPECT_THAT(FreeMotionsOf(Make({clamped}, *plate)), IsEmpty());
   }
-  // Too small to hold a vertex: the nearest point.
-  const auto small = Near(Fix(Region::Kind::kRim, {true, true, true}), {1.35, 1.1, 0.0}, 0.01);
+  // Of a few vertices or none: a finer lattice, which stops the area's rotation as well.
+  for (const double radius : {0.1, 0.2, 0.45, 0.8}) {
+    const auto held =
+        Make({Near(Fix(Region::Kind::kRim, {true, true, true}), {1.35, 1.1, 0}, radius)}, *plate);
+    EXPECT_GE(held.conditions.size(), 3u * 7u) << radius;
+    EXPECT_THAT(FreeMotionsOf(held), IsEmpty()) << radius;
+  }
+  // Too small for the finest lattice: the nearest point.
+  const auto small = Near(Fix(Region::Kind::kRim, {true, true, true}), {1.35, 1.1, 0.0}, 1e-4);
   const auto result = Make({small}, *plate);
   ASSERT_EQ(result.conditions.size(), 3u);
   EXPECT_LT((result.conditions[0].rigid_row -
@@ -453,7 +460,7 @@ double PlateError(Kind kind, int divisions, double factor, Conditions conditions
   }
   if (conditions == Conditions::kMeans) {
     for (const PlacedCondition& c : Make({Support(Region::Kind::kRim, kind)}, plate).conditions) {
-      add(c.vertices, c.coefficients.row(2), factor * c.stiffness);
+      add(c.vertices, c.coefficients.row(2), factor * kDecoupledStiffening * c.stiffness);
     }
   } else {
     const double height = 1.0 / divisions;
