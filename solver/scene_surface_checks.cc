@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "solver/yaml_reader.h"
 
@@ -115,6 +116,50 @@ bool SurfaceCheck::IsFinite(double* u, double* v) {
     }
   }
   size_ = box.diagonal().norm();
+  return true;
+}
+
+double SurfaceCheck::Mismatch(int direction, double fixed, double from, double to) const {
+  const bool along_u = direction == 0;
+  const SurfaceJet a = along_u ? surface_.Evaluate(from, fixed) : surface_.Evaluate(fixed, from);
+  const SurfaceJet b = along_u ? surface_.Evaluate(to, fixed) : surface_.Evaluate(fixed, to);
+  const double half = 0.5 * (to - from);
+  const Eigen::Vector3d &a1 = along_u ? a.x_u : a.x_v, &b1 = along_u ? b.x_u : b.x_v;
+  const Eigen::Vector3d &a2 = along_u ? a.x_uu : a.x_vv, &b2 = along_u ? b.x_uu : b.x_vv;
+  // The trapezoidal rule is wrong by the third power of the interval on a smooth line.
+  const double position = (b.x - a.x - half * (a1 + b1)).norm() / size_;
+  const double derivative = (b1 - a1 - half * (a2 + b2)).norm() / largest_[direction];
+  const double mismatch = std::max(position, derivative);
+  return std::isfinite(mismatch) ? mismatch : std::numeric_limits<double>::infinity();
+}
+
+bool SurfaceCheck::IsSmooth(double* u, double* v) const {
+  // Kinks of a thousandth of the largest derivative; bisected down to 1e-8 of the range.
+  constexpr double kJump = 1e-3;
+  constexpr double kShortest = 1e-8;
+  for (const int direction : {0, 1}) {
+    const double length = range_[direction][1] - range_[direction][0];
+    for (int line = 0; line < kSamples; ++line) {
+      const double fixed = Interpolate(range_[1 - direction], line);
+      for (int i = 0; i + 1 < kSamples; ++i) {
+        double from = Interpolate(range_[direction], i);
+        double to = Interpolate(range_[direction], i + 1);
+        while (Mismatch(direction, fixed, from, to) > kJump) {
+          if (to - from <= kShortest * length) {
+            *u = direction == 0 ? 0.5 * (from + to) : fixed;
+            *v = direction == 0 ? fixed : 0.5 * (from + to);
+            return false;
+          }
+          const double middle = 0.5 * (from + to);
+          if (Mismatch(direction, fixed, from, middle) >= Mismatch(direction, fixed, middle, to)) {
+            to = middle;
+          } else {
+            from = middle;
+          }
+        }
+      }
+    }
+  }
   return true;
 }
 

@@ -48,6 +48,10 @@ class SurfaceCheck {
 
   // The others come after IsFinite.
 
+  // False where position or first derivatives jump (a step, a kink, a pole) between or at samples,
+  // found by bisecting intervals whose ends do not fit each other's derivatives; sets u, v.
+  bool IsSmooth(double* u, double* v) const;
+
   // False where sigma_u x sigma_v vanishes; sets u, v.
   bool IsRegular(double* u, double* v) const;
 
@@ -60,6 +64,10 @@ class SurfaceCheck {
   const std::vector<SurfaceSample>& samples() const { return samples_; }
 
  private:
+  // How far the ends of a short piece of a parameter line are from fitting together: positions
+  // against first derivatives and first against second ones, relative to the surface's.
+  double Mismatch(int direction, double fixed, double from, double to) const;
+
   // Whether no neighbour of a sample has a smaller |sigma_u x sigma_v|.
   bool IsLowest(int i, int j) const;
 

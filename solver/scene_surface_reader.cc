@@ -192,6 +192,11 @@ bool SurfaceReader::CheckSurface(const YamlMap& map) {
         "a surface that is not finite or not twice differentiable at " + FormatParameters(u, v),
         "a smooth surface over the whole range of u and v");
   }
+  if (spec.kind == "expression" && !check.IsSmooth(&u, &v)) {
+    return Fail(shape,
+                "a jump or a kink at " + FormatParameters(u, v),
+                "a smooth surface over the whole range of u and v");
+  }
   if (!check.IsRegular(&u, &v)) {
     const std::string where = "sigma_u x sigma_v = 0 at " + FormatParameters(u, v);
     for (int i = 1; i >= 0; --i) {

@@ -1,5 +1,8 @@
 #include "solver/scene_reader.h"
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,10 +14,10 @@
 #include <utility>
 #include <vector>
 
-#include "gtest/gtest.h"
-
 namespace darboux {
 namespace {
+
+using ::testing::StartsWith;
 
 constexpr char kFile[] = "roof.yaml";
 
@@ -332,6 +335,37 @@ surface: {kind: expression, position: [u, v, sin(50*u)*cos(40*v)], u: [0, 6], v:
           divisions: [80, 80]}
 shell: {thickness: 0.01, young_modulus: 1, poisson_ratio: 0}
 )yaml");
+}
+
+TEST(SceneReaderTest, SurfacesWithStepsOrKinksAreRefused) {
+  const auto error_of = [](const std::string& height, const std::string& u) {
+    Scene scene;
+    std::string error;
+    ParseScene("name: s\nsurface: {kind: expression, position: [u, v, \"" + height +
+                   "\"], u: " + u + ", v: [0, 1], divisions: [4, 4]}\n" +
+                   "shell: {thickness: 0.01, young_modulus: 1, poisson_ratio: 0}\n",
+               "kink.yaml",
+               &scene,
+               &error);
+    return error;
+  };
+  for (const std::string height : {"abs(u - 0.5)",
+                                   "abs(u - 0.512345)",
+                                   "(u < 0.51)*1",
+                                   "max(u, v)",
+                                   "0.3*abs(u + v - 1.01)",
+                                   "sqrt(abs(u - 0.512345))",
+                                   "1/(u - 0.3)"}) {
+    EXPECT_THAT(error_of(height, "[0, 1]"), StartsWith("kink.yaml:2: surface.position: found a "))
+        << height;
+  }
+  for (const std::string height : {"sqrt((u - 0.5)^2 + 4e-4)",
+                                   "tanh(40*(u - 0.5))",
+                                   "sin(30*u)*cos(20*v)",
+                                   "u*abs(u)",
+                                   "0.1*exp(-2000*((u - 0.51)^2 + (v - 0.49)^2))"}) {
+    EXPECT_EQ(error_of(height, "[-1, 1]"), "") << height;
+  }
 }
 
 TEST(SceneReaderTest, NumbersMayBeConstantExpressions) {
