@@ -7,6 +7,7 @@
 // Sample run: tests/linear_solve_benchmark data/pinched_cylinder.yaml data/clamped_plate.yaml
 #include <ceres/crs_matrix.h>
 #include <cholmod.h>
+#include <dlfcn.h>
 #include <gflags/gflags.h>
 #include <glog/logging.h>
 #include <sys/resource.h>
@@ -139,6 +140,14 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: %s SCENE.yaml...\n", argv[0]);
     return 2;
   }
+  // The BLAS that serves CHOLMOD: OpenBLAS must stand in front of what Ceres brings along.
+  using Config = char* (*)();
+  const auto openblas = reinterpret_cast<Config>(dlsym(RTLD_DEFAULT, "openblas_get_config"));
+  Dl_info blas = {};
+  void* const dgemm = dlsym(RTLD_DEFAULT, "dgemm_");
+  std::printf("BLAS: %s, dgemm from %s\n",
+              openblas != nullptr ? openblas() : "not OpenBLAS",
+              dgemm != nullptr && dladdr(dgemm, &blas) != 0 ? blas.dli_fname : "?");
   std::printf("%-22s %8s %8s %10s %10s %10s %10s %7s %9s\n",
               "scene",
               "dof",
