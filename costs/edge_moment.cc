@@ -46,9 +46,9 @@ bool EdgeMoment::EvaluateEnergy(double const* const* displacements,
         const Jet sine = deformed.dot(across.cast<Jet>());
         const Jet cosine = deformed.dot(rest.cast<Jet>());
         // Up to rounding, also of a vector that is long itself.
-    const double size = 1.0 + deformed[0].a * deformed[0].a + deformed[1].a * deformed[1].a +
-                        deformed[2].a * deformed[2].a;
-    if (!(sine.a * sine.a + cosine.a * cosine.a > 1e-24 * size)) {
+        const double size = 1.0 + deformed[0].a * deformed[0].a + deformed[1].a * deformed[1].a +
+                            deformed[2].a * deformed[2].a;
+        if (!(sine.a * sine.a + cosine.a * cosine.a > 1e-24 * size)) {
           defined = false;
           return Jet(0.0);
         }

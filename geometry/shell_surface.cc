@@ -121,6 +121,12 @@ StrainPoint ShellSurface::MakePoint(const ElementPoint& point, double quadrature
   return MakePoint(point, basis_.Evaluate(point.element, point.s, point.t), quadrature_weight);
 }
 
+Eigen::VectorXd ShellSurface::ValueWeights(const ElementPoint& point) const {
+  const BasisMatrix basis = basis_.Evaluate(point.element, point.s, point.t);
+  if (folds_.empty()) return basis.row(kValue).transpose();
+  return folds_[point.element].matrix.transpose() * basis.row(kValue).transpose();
+}
+
 std::vector<StrainPoint> ShellSurface::QuadraturePoints(int element, int num_points) const {
   const auto& rule = TriangleQuadrature(num_points);
   std::vector<StrainPoint> points;

@@ -48,6 +48,9 @@ class ShellSurface {
   // One point with its weights; area = quadrature_weight * |x_s x x_t|.
   StrainPoint MakePoint(const ElementPoint& point, double quadrature_weight = 0.0) const;
 
+  // Limit values of the basis alone, one per control vertex: row kRowValue of MakePoint's weights.
+  Eigen::VectorXd ValueWeights(const ElementPoint& point) const;
+
   // Points of the triangle rule of `num_points` on one element.
   std::vector<StrainPoint> QuadraturePoints(int element, int num_points) const;
 

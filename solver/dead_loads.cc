@@ -5,6 +5,7 @@
 
 #include "costs/edge_moment.h"
 #include "geometry/quadrature.h"
+#include "solver/parallel_for.h"
 #include "solver/support_conditions.h"
 
 namespace darboux {
@@ -57,7 +58,8 @@ class Assembler {
 DeadLoads AssembleDeadLoads(const Scene& scene,
                             const ShellSurface& surface,
                             bool nonlinear,
-                            const RigidFrame& frame) {
+                            const RigidFrame& frame,
+                            int num_threads) {
   DeadLoads loads;
   Assembler assembler(surface, frame, &loads);
   std::vector<const LoadSpec*> area_loads;
@@ -99,36 +101,47 @@ DeadLoads AssembleDeadLoads(const Scene& scene,
 
   const auto& rule = TriangleQuadrature(kAreaPoints);
   const double mass = scene.shell.density * scene.shell.thickness;
-  for (int e = 0; e < surface.num_elements(); ++e) {
-    const std::vector<StrainPoint> points = surface.QuadraturePoints(e, kAreaPoints);
-    for (size_t q = 0; q < points.size(); ++q) {
-      const ElementPoint at{e, rule[q].s, rule[q].t};
-      const StrainPoint& point = points[q];
-      Eigen::Vector3d dead = Eigen::Vector3d::Zero(), follower = Eigen::Vector3d::Zero();
-      for (const LoadSpec* load : area_loads) {
-        switch (load->kind) {
-          case LoadSpec::Kind::kPressure: {
-            Eigen::Vector3d& force = nonlinear && load->follower ? follower : dead;
-            force += EvaluateAt(load->value, surface, at) * point.n;
-            break;
+  const int threads = ThreadsFor(surface.num_elements(), num_threads);
+  std::vector<DeadLoads> parts(threads);
+  ParallelFor(threads, surface.num_elements(), [&](int thread, int begin, int end) {
+    Assembler part(surface, frame, &parts[thread]);
+    for (int e = begin; e < end; ++e) {
+      const std::vector<StrainPoint> points = surface.QuadraturePoints(e, kAreaPoints);
+      for (size_t q = 0; q < points.size(); ++q) {
+        const ElementPoint at{e, rule[q].s, rule[q].t};
+        const StrainPoint& point = points[q];
+        Eigen::Vector3d dead = Eigen::Vector3d::Zero(), follower = Eigen::Vector3d::Zero();
+        for (const LoadSpec* load : area_loads) {
+          switch (load->kind) {
+            case LoadSpec::Kind::kPressure: {
+              Eigen::Vector3d& force = nonlinear && load->follower ? follower : dead;
+              force += EvaluateAt(load->value, surface, at) * point.n;
+              break;
+            }
+            case LoadSpec::Kind::kNormalTraction:
+              dead += EvaluateAt(load->value, surface, at) * point.n;
+              break;
+            case LoadSpec::Kind::kTraction:
+              dead += EvaluateAt(load->force, surface, at);
+              break;
+            case LoadSpec::Kind::kGravity:
+              dead +=
+                  mass * Eigen::Vector3d(
+                             load->acceleration[0], load->acceleration[1], load->acceleration[2]);
+              break;
+            default:
+              break;
           }
-          case LoadSpec::Kind::kNormalTraction:
-            dead += EvaluateAt(load->value, surface, at) * point.n;
-            break;
-          case LoadSpec::Kind::kTraction:
-            dead += EvaluateAt(load->force, surface, at);
-            break;
-          case LoadSpec::Kind::kGravity:
-            dead += mass * Eigen::Vector3d(
-                               load->acceleration[0], load->acceleration[1], load->acceleration[2]);
-            break;
-          default:
-            break;
         }
+        part.AddForce(e, point, point.area * dead, true);
+        part.AddForce(e, point, point.area * follower, false);
       }
-      assembler.AddForce(e, point, point.area * dead, true);
-      assembler.AddForce(e, point, point.area * follower, false);
     }
+  });
+  for (const DeadLoads& part : parts) {
+    loads.force += part.force;
+    loads.rigid_work += part.rigid_work;
+    loads.rigid_scale += part.rigid_scale;
   }
   return loads;
 }

@@ -25,7 +25,8 @@ struct DeadLoads {
 DeadLoads AssembleDeadLoads(const Scene& scene,
                             const ShellSurface& surface,
                             bool nonlinear,
-                            const RigidFrame& frame);
+                            const RigidFrame& frame,
+                            int num_threads = 1);
 
 }  // namespace darboux
 

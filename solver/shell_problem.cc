@@ -15,6 +15,7 @@
 #include "costs/stacked_cost.h"
 #include "costs/support.h"
 #include "geometry/quadrature.h"
+#include "solver/parallel_for.h"
 
 namespace darboux {
 namespace {
@@ -117,17 +118,23 @@ ShellProblem::ShellProblem(const Scene& scene, const Material& material, const O
                                             scene.model.boundary_rule == BoundaryRule::kSeedGhosts
                                                 ? ShellSurface::Ghosts::kFolded
                                                 : ShellSurface::Ghosts::kIndependent);
-  points_.reserve(surface_->num_elements());
+  points_.resize(surface_->num_elements());
+  ParallelFor(ThreadsFor(surface_->num_elements(), options.num_threads),
+              surface_->num_elements(),
+              [&](int, int begin, int end) {
+                for (int e = begin; e < end; ++e) {
+                  points_[e] = std::make_shared<const std::vector<StrainPoint>>(
+                      surface_->QuadraturePoints(e, scene.model.quadrature));
+                }
+              });
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double area = 0.0;
-  for (int e = 0; e < surface_->num_elements(); ++e) {
-    points_.push_back(std::make_shared<const std::vector<StrainPoint>>(
-        surface_->QuadraturePoints(e, scene.model.quadrature)));
-    for (const StrainPoint& point : *points_.back()) {
+  for (const StrainPoints& points : points_) {
+    for (const StrainPoint& point : *points) {
       center += point.area * point.position;
       area += point.area;
     }
-    num_quadrature_points_ += static_cast<int>(points_.back()->size());
+    num_quadrature_points_ += static_cast<int>(points->size());
   }
   frame_.center = center / area;
   frame_.length = surface_->size();
@@ -147,17 +154,20 @@ std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
   material.density = scene.shell.density;
   if (!material.IsValid(error)) return nullptr;
   std::unique_ptr<ShellProblem> problem(new ShellProblem(scene, material, options));
-  problem->dead_loads_ =
-      AssembleDeadLoads(scene, *problem->surface_, options.nonlinear, problem->frame_);
+  problem->dead_loads_ = AssembleDeadLoads(
+      scene, *problem->surface_, options.nonlinear, problem->frame_, options.num_threads);
   problem->dead_loads_.force /= problem->force_unit_;
+  SupportConditions supports;
   if (!MakeSupportConditions(scene,
                              *problem->surface_,
                              problem->scaled_material_,
                              problem->frame_,
-                             &problem->supports_,
+                             &supports,
                              error)) {
     return nullptr;
   }
+  problem->conditions_ = std::move(supports.conditions);
+  problem->fixed_vertices_ = std::move(supports.fixed_vertices);
   problem->ChooseUnknowns();
   if (!problem->HoldRigidMotions(error)) return nullptr;
 
@@ -204,7 +214,7 @@ void ShellProblem::ChooseUnknowns() {
       transverse.size() > 0 && transverse.cwiseAbs().maxCoeff() > kRounding * largest;
   bool drives_plane = in_plane.size() > 0 && in_plane.cwiseAbs().maxCoeff() > kRounding * largest;
   bool mixes = false;
-  for (const PlacedCondition& c : supports_.conditions) {
+  for (const PlacedCondition& c : conditions_) {
     for (int i = 0; i < c.coefficients.cols(); ++i) {
       const double along = std::abs(plate_normal_.dot(c.coefficients.col(i)));
       const double across =
@@ -218,7 +228,6 @@ void ShellProblem::ChooseUnknowns() {
   if (mixes || drives_normal == drives_plane) return;
   if (drives_normal) {
     unknowns_ = Unknowns::kNormalOnly;
-    for (PlacedCondition& c : supports_.conditions) c.stiffness *= kDecoupledStiffening;
     membrane = {false,
                 "flat plate, transverse loads and supports, linear theory: the in-plane "
                 "displacement is exactly zero",
@@ -235,10 +244,8 @@ void ShellProblem::ChooseUnknowns() {
 }
 
 bool ShellProblem::HoldRigidMotions(std::string* error) {
-  Eigen::MatrixXd rows(supports_.conditions.size(), 6);
-  for (size_t i = 0; i < supports_.conditions.size(); ++i) {
-    rows.row(i) = supports_.conditions[i].rigid_row;
-  }
+  Eigen::MatrixXd rows(conditions_.size(), 6);
+  for (size_t i = 0; i < conditions_.size(); ++i) rows.row(i) = conditions_[i].rigid_row;
   // Motions of the unknown part of the displacement.
   Eigen::MatrixXd allowed = Eigen::MatrixXd::Identity(6, 6);
   const Eigen::Matrix<double, 3, 2> plane = PlaneBasis(plate_normal_);
@@ -291,7 +298,7 @@ bool ShellProblem::HoldRigidMotions(std::string* error) {
   }
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(moved);
   for (int k = 0; k < motions.cols(); ++k) {
-    isostatic_.push_back(candidates[qr.colsPermutation().indices()[k]]);
+    conditions_.push_back(candidates[qr.colsPermutation().indices()[k]]);
   }
   return true;
 }
@@ -313,21 +320,29 @@ ceres::ResidualBlockId ShellProblem::Record(Effect effect,
   return id;
 }
 
+Eigen::MatrixXd ShellProblem::unknown_basis() const {
+  if (unknowns_ == Unknowns::kNormalOnly) return plate_normal_;
+  if (unknowns_ == Unknowns::kInPlaneOnly) return PlaneBasis(plate_normal_);
+  return Eigen::Matrix3d::Identity();
+}
+
 void ShellProblem::AddParameters() {
+  is_free_.assign(displacements_.cols(), 0);
   for (int i = 0; i < displacements_.cols(); ++i) {
-    if (surface_->IsActive(i)) problem_->AddParameterBlock(displacements_.col(i).data(), 3);
+    if (!surface_->IsActive(i)) continue;
+    problem_->AddParameterBlock(displacements_.col(i).data(), 3);
+    is_free_[i] = 1;
   }
   int free_vertices = surface_->num_active_vertices();
-  for (const int vertex : supports_.fixed_vertices) {
+  for (const int vertex : fixed_vertices_) {
     problem_->SetParameterBlockConstant(displacements_.col(vertex).data());
+    is_free_[vertex] = 0;
     --free_vertices;
   }
   int components = 3;
   if (unknowns_ != Unknowns::kAll) {
-    const bool normal = unknowns_ == Unknowns::kNormalOnly;
-    components = normal ? 1 : 2;
-    const Eigen::MatrixXd basis =
-        normal ? Eigen::MatrixXd(plate_normal_) : Eigen::MatrixXd(PlaneBasis(plate_normal_));
+    const Eigen::MatrixXd basis = unknown_basis();
+    components = static_cast<int>(basis.cols());
     auto* manifold = new SubspaceManifold(basis);  // shared by all blocks, owned by the problem
     for (int i = 0; i < displacements_.cols(); ++i) {
       if (surface_->IsActive(i)) problem_->SetManifold(displacements_.col(i).data(), manifold);
@@ -365,41 +380,33 @@ void ShellProblem::AddSupports() {
   EffectReport& report = effects_[static_cast<int>(Effect::kSupports)];
   report.on = !scene_.supports.empty();
   report.why = report.on ? "the scene names supports" : "the scene names no support";
-  const auto add = [&](const std::vector<PlacedCondition>& conditions) {
-    // Conditions on the same control vertices that follow each other share a block.
-    for (size_t first = 0; first < conditions.size();) {
-      const std::vector<int>& vertices = conditions[first].vertices;
-      std::vector<Support::Condition> together;
-      for (; first < conditions.size() && conditions[first].vertices == vertices; ++first) {
-        const PlacedCondition& placed = conditions[first];
-        if (placed.stiffness == 0.0) continue;
-        Support::Condition condition;
-        condition.coefficients = placed.coefficients;
-        condition.stiffness = placed.stiffness;
-        if (placed.target != 0.0) {
-          targets_.push_back(placed.target);
-          condition.target = &targets_.back();
-        }
-        // What the unknown part of the displacement cannot change is no condition on it.
-        const Eigen::RowVectorXd along = plate_normal_.transpose() * condition.coefficients;
-        const double size = kRounding * condition.coefficients.norm();
-        if (unknowns_ == Unknowns::kNormalOnly && along.norm() <= size) continue;
-        if (unknowns_ == Unknowns::kInPlaneOnly &&
-            (condition.coefficients - plate_normal_ * along).norm() <= size) {
-          continue;
-        }
-        together.push_back(std::move(condition));
-      }
-      if (together.empty()) continue;
-      const int residuals = static_cast<int>(together.size());
-      Record(
-          Effect::kSupports,
-          problem_->AddResidualBlock(new Support(std::move(together)), nullptr, Blocks(vertices)),
-          residuals);
+  multipliers_.assign(conditions_.size(), 0.0);
+  targets_.assign(conditions_.size(), 0.0);
+  // What the unknown part of the displacement cannot change is no condition on it.
+  const Eigen::MatrixXd basis = unknown_basis();
+  for (PlacedCondition& condition : conditions_) {
+    const Eigen::Matrix3Xd& c = condition.coefficients;
+    if ((basis.transpose() * c).norm() <= kRounding * c.norm()) condition.stiffness = 0.0;
+  }
+  // Conditions on the same control vertices that follow each other share a block.
+  for (size_t first = 0; first < conditions_.size();) {
+    const std::vector<int>& vertices = conditions_[first].vertices;
+    std::vector<Support::Condition> together;
+    for (; first < conditions_.size() && conditions_[first].vertices == vertices; ++first) {
+      const PlacedCondition& placed = conditions_[first];
+      if (placed.stiffness == 0.0) continue;
+      Support::Condition condition;
+      condition.coefficients = placed.coefficients;
+      condition.stiffness = placed.stiffness;
+      condition.target = &targets_[first];
+      together.push_back(std::move(condition));
     }
-  };
-  add(supports_.conditions);
-  add(isostatic_);
+    if (together.empty()) continue;
+    const int residuals = static_cast<int>(together.size());
+    Record(Effect::kSupports,
+           problem_->AddResidualBlock(new Support(std::move(together)), nullptr, Blocks(vertices)),
+           residuals);
+  }
 }
 
 void ShellProblem::AddLoads() {
@@ -509,14 +516,69 @@ void ShellProblem::AddLoads() {
 void ShellProblem::SetLoadFactor(double factor) {
   load_factor_ = factor;
   force_ = factor * dead_loads_.force + correction_;
-  auto target = targets_.begin();
-  for (const auto* list : {&supports_.conditions, &isostatic_}) {
-    for (const PlacedCondition& condition : *list) {
-      if (condition.stiffness != 0.0 && condition.target != 0.0) {
-        *target++ = factor * condition.target;
-      }
+  SetTargets();
+}
+
+void ShellProblem::SetTargets() {
+  for (size_t i = 0; i < conditions_.size(); ++i) {
+    if (conditions_[i].stiffness == 0.0) continue;
+    targets_[i] = load_factor_ * conditions_[i].target - multipliers_[i] / conditions_[i].stiffness;
+  }
+}
+
+double ShellProblem::Violation(const PlacedCondition& condition) const {
+  double c = -load_factor_ * condition.target;
+  for (size_t i = 0; i < condition.vertices.size(); ++i) {
+    c += condition.coefficients.col(i).dot(displacements_.col(condition.vertices[i]));
+  }
+  return c;
+}
+
+void ShellProblem::SetMultipliers(const std::vector<double>& multipliers) {
+  CHECK_EQ(multipliers.size(), multipliers_.size());
+  multipliers_ = multipliers;
+  SetTargets();
+}
+
+void ShellProblem::UpdateMultipliers() {
+  for (size_t i = 0; i < conditions_.size(); ++i) {
+    if (conditions_[i].stiffness == 0.0) continue;
+    multipliers_[i] += conditions_[i].stiffness * Violation(conditions_[i]);
+  }
+  SetTargets();
+}
+
+double ShellProblem::LargestViolation() const {
+  double largest = 0.0;
+  for (const PlacedCondition& condition : conditions_) {
+    if (condition.stiffness == 0.0) continue;
+    largest = std::max(largest, condition.arm * std::abs(Violation(condition)));
+  }
+  const double size = displacements_.cwiseAbs().maxCoeff();
+  return size > 0.0 ? largest / size : 0.0;
+}
+
+double ShellProblem::SupportEnergy() const {
+  double energy = 0.0;
+  for (size_t i = 0; i < conditions_.size(); ++i) {
+    if (conditions_[i].stiffness == 0.0) continue;
+    const double c = Violation(conditions_[i]);
+    energy += (0.5 * conditions_[i].stiffness * c + multipliers_[i]) * c;
+  }
+  return energy;
+}
+
+Eigen::Matrix3Xd ShellProblem::SupportGradient() const {
+  Eigen::Matrix3Xd gradient = Eigen::Matrix3Xd::Zero(3, displacements_.cols());
+  for (size_t i = 0; i < conditions_.size(); ++i) {
+    const PlacedCondition& condition = conditions_[i];
+    if (condition.stiffness == 0.0) continue;
+    const double force = condition.stiffness * Violation(condition) + multipliers_[i];
+    for (size_t k = 0; k < condition.vertices.size(); ++k) {
+      gradient.col(condition.vertices[k]) += force * condition.coefficients.col(k);
     }
   }
+  return gradient;
 }
 
 double ShellProblem::UpdateCorrection() {
@@ -567,6 +629,7 @@ double ShellProblem::StrainEnergyOf(const std::vector<const ceres::CostFunction*
 double ShellProblem::Energy(Effect effect) {
   if (effect == Effect::kMembrane) return force_unit_ * StrainEnergyOf(strain_energies_[0]);
   if (effect == Effect::kBending) return force_unit_ * StrainEnergyOf(strain_energies_[1]);
+  if (effect == Effect::kSupports) return force_unit_ * SupportEnergy();
   const auto& blocks = blocks_[static_cast<int>(effect)];
   if (blocks.empty()) return 0.0;
   ceres::Problem::EvaluateOptions options;
@@ -578,6 +641,7 @@ double ShellProblem::Energy(Effect effect) {
 
 Eigen::Matrix3Xd ShellProblem::EvaluateGradient(const std::vector<ceres::ResidualBlockId>* blocks) {
   ceres::Problem::EvaluateOptions options;
+  options.num_threads = options_.num_threads;
   std::vector<int> vertices;
   for (int i = 0; i < displacements_.cols(); ++i) {
     double* block = displacements_.col(i).data();
@@ -592,18 +656,11 @@ Eigen::Matrix3Xd ShellProblem::EvaluateGradient(const std::vector<ceres::Residua
   // Tangent components -> vectors; constant blocks have none.
   Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, displacements_.cols());
   size_t next = 0;
-  const Eigen::Matrix<double, 3, 2> plane = PlaneBasis(plate_normal_);
+  const Eigen::MatrixXd basis = unknown_basis();
   for (const int vertex : vertices) {
     if (problem_->IsParameterBlockConstant(displacements_.col(vertex).data())) continue;
-    if (unknowns_ == Unknowns::kNormalOnly) {
-      result.col(vertex) = plate_normal_ * gradient[next++];
-    } else if (unknowns_ == Unknowns::kInPlaneOnly) {
-      result.col(vertex) = plane * Eigen::Map<const Eigen::Vector2d>(&gradient[next]);
-      next += 2;
-    } else {
-      result.col(vertex) = Eigen::Map<const Eigen::Vector3d>(&gradient[next]);
-      next += 3;
-    }
+    result.col(vertex) = basis * Eigen::Map<const Eigen::VectorXd>(&gradient[next], basis.cols());
+    next += basis.cols();
   }
   return force_unit_ * result;
 }
@@ -611,6 +668,17 @@ Eigen::Matrix3Xd ShellProblem::EvaluateGradient(const std::vector<ceres::Residua
 Eigen::Matrix3Xd ShellProblem::Gradient() { return EvaluateGradient(nullptr); }
 
 Eigen::Matrix3Xd ShellProblem::Gradient(Effect effect) {
+  const bool dead = effect == Effect::kLoads && !options_.nonlinear;
+  if (effect == Effect::kSupports || dead) {
+    const Eigen::MatrixXd basis = unknown_basis();
+    const Eigen::Matrix3d project = force_unit_ * basis * basis.transpose();
+    Eigen::Matrix3Xd gradient = dead ? Eigen::Matrix3Xd(-force_) : SupportGradient();
+    for (int i = 0; i < gradient.cols(); ++i) {
+      gradient.col(i) =
+          is_free_[i] ? Eigen::Vector3d(project * gradient.col(i)) : Eigen::Vector3d::Zero().eval();
+    }
+    return gradient;
+  }
   const auto& blocks = blocks_[static_cast<int>(effect)];
   if (blocks.empty()) return Eigen::Matrix3Xd::Zero(3, displacements_.cols());
   return EvaluateGradient(&blocks);
@@ -618,23 +686,19 @@ Eigen::Matrix3Xd ShellProblem::Gradient(Effect effect) {
 
 Eigen::Vector3d ShellProblem::Reaction() {
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();
-  for (const auto* list : {&supports_.conditions, &isostatic_}) {
-    for (const PlacedCondition& condition : *list) {
-      double c = -load_factor_ * condition.target;
-      const auto& vertices = condition.vertices;
-      for (size_t i = 0; i < vertices.size(); ++i) {
-        c += condition.coefficients.col(i).dot(displacements_.col(vertices[i]));
-      }
-      reaction -= force_unit_ * condition.stiffness * c * condition.direction;
-    }
+  for (size_t i = 0; i < conditions_.size(); ++i) {
+    if (conditions_[i].stiffness == 0.0) continue;
+    reaction -= force_unit_ *
+                (conditions_[i].stiffness * Violation(conditions_[i]) + multipliers_[i]) *
+                conditions_[i].direction;
   }
-  if (supports_.fixed_vertices.empty()) return reaction;
+  if (fixed_vertices_.empty()) return reaction;
   // What holds a fixed vertex is what all energies together leave unbalanced there.
-  for (const int vertex : supports_.fixed_vertices) {
+  for (const int vertex : fixed_vertices_) {
     problem_->SetParameterBlockVariable(displacements_.col(vertex).data());
   }
   const Eigen::Matrix3Xd gradient = Gradient();
-  for (const int vertex : supports_.fixed_vertices) {
+  for (const int vertex : fixed_vertices_) {
     problem_->SetParameterBlockConstant(displacements_.col(vertex).data());
     reaction += gradient.col(vertex);
   }
@@ -644,12 +708,10 @@ Eigen::Vector3d ShellProblem::Reaction() {
 double ShellProblem::LargestViolation(int* support) const {
   *support = -1;
   double largest = 0.0;
-  for (const PlacedCondition& condition : supports_.conditions) {
-    if (condition.stiffness == 0.0 || condition.direction.isZero(0.0)) continue;
-    double c = -load_factor_ * condition.target;
-    for (size_t i = 0; i < condition.vertices.size(); ++i) {
-      c += condition.coefficients.col(i).dot(displacements_.col(condition.vertices[i]));
-    }
+  for (const PlacedCondition& condition : conditions_) {
+    if (condition.support < 0 || condition.stiffness == 0.0) continue;
+    if (condition.direction.isZero(0.0)) continue;
+    const double c = Violation(condition);
     if (std::abs(c) > largest) {
       largest = std::abs(c);
       *support = condition.support;
@@ -672,11 +734,11 @@ Eigen::Vector3d ShellProblem::AppliedForce() const {
 }
 
 Eigen::Vector3d ShellProblem::Displacement(const ElementPoint& point) const {
-  const StrainPoint p = surface_->MakePoint(point);
+  const Eigen::VectorXd weights = surface_->ValueWeights(point);
   const auto& vertices = surface_->control_vertices(point.element);
   Eigen::Vector3d displacement = Eigen::Vector3d::Zero();
   for (size_t i = 0; i < vertices.size(); ++i) {
-    displacement += p.weights(kRowValue, i) * displacements_.col(vertices[i]);
+    displacement += weights[i] * displacements_.col(vertices[i]);
   }
   return displacement;
 }

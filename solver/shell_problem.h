@@ -54,6 +54,7 @@ class ShellProblem {
   struct Options {
     bool nonlinear = false;
     bool tension_rows = true;  // nonlinear theory only (costs/membrane_energy.h)
+    int num_threads = 1;
   };
 
   // Null and *error for a scene that cannot be solved as stated, e.g. a rigid motion that nothing
@@ -64,14 +65,19 @@ class ShellProblem {
 
   const Scene& scene() const { return scene_; }
   const Material& material() const { return material_; }
+  // In the units of problem(): divided by force_unit().
+  const Material& scaled_material() const { return scaled_material_; }
   const ShellSurface& surface() const { return *surface_; }
   StrainMeasure measure() const { return measure_; }
   bool nonlinear() const { return options_.nonlinear; }
   Unknowns unknowns() const { return unknowns_; }
   ceres::Problem* problem() { return problem_.get(); }
 
-  // Control displacements, a column per control vertex: the parameter blocks of problem().
-  Eigen::Matrix3Xd& displacements() { return displacements_; }
+  // Control displacements, a column per control vertex: the parameter blocks of problem(). A map,
+  // because moving a matrix into them would leave the blocks behind.
+  Eigen::Map<Eigen::Matrix3Xd> displacements() {
+    return Eigen::Map<Eigen::Matrix3Xd>(displacements_.data(), 3, displacements_.cols());
+  }
   const Eigen::Matrix3Xd& displacements() const { return displacements_; }
 
   // Scales dead loads, follower loads and prescribed displacements.
@@ -94,6 +100,26 @@ class ShellProblem {
   // Motions that no support removes; the loads balance on them, and three points or fewer take
   // them up without reaction.
   const std::vector<std::string>& free_motions() const { return free_motions_; }
+
+  // Whether the displacement of a control vertex is unknown, and the directions (orthonormal
+  // columns) that it is unknown in.
+  bool IsFree(int vertex) const { return is_free_[vertex] != 0; }
+  Eigen::MatrixXd unknown_basis() const;
+  // Dead forces at the present load factor with the correction, in the units of problem().
+  const Eigen::Matrix3Xd& force() const { return force_; }
+
+  // What holds the shell: supports, then what takes up free motions. Those of stiffness zero only
+  // tell which rigid motions are held. The springs carry multipliers (augmented Lagrangian): energy
+  // k c^2 / 2 + lambda c, so that with the right lambda nothing gives way. All in the units of
+  // problem().
+  const std::vector<PlacedCondition>& conditions() const { return conditions_; }
+  const std::vector<double>& multipliers() const { return multipliers_; }
+  void SetMultipliers(const std::vector<double>& multipliers);
+  void UpdateMultipliers();  // lambda += k c
+  // arm * |c| over the largest displacement, the largest of all conditions.
+  double LargestViolation() const;
+  double SupportEnergy() const;
+  Eigen::Matrix3Xd SupportGradient() const;
 
   // The largest violation of a held displacement component, relative to the largest displacement,
   // and the support it belongs to (-1: none). Far above rounding where supports contradict.
@@ -123,6 +149,8 @@ class ShellProblem {
   void AddSupports();
   void AddLoads();
   std::vector<double*> Blocks(const std::vector<int>& vertices);
+  double Violation(const PlacedCondition& condition) const;
+  void SetTargets();
   ceres::ResidualBlockId Record(Effect effect, ceres::ResidualBlockId id, int residuals);
   double StrainEnergyOf(const std::vector<const ceres::CostFunction*>& costs) const;
   Eigen::Matrix3Xd EvaluateGradient(const std::vector<ceres::ResidualBlockId>* blocks);
@@ -141,8 +169,10 @@ class ShellProblem {
   RigidFrame frame_;
   std::vector<StrainPoints> points_;  // per element
   int num_quadrature_points_ = 0;
-  SupportConditions supports_;
-  std::vector<PlacedCondition> isostatic_;  // takes up free motions
+  std::vector<PlacedCondition> conditions_;
+  std::vector<double> multipliers_;
+  std::vector<int> fixed_vertices_;  // boundary_rule seed_ghosts
+  std::vector<char> is_free_;
   std::vector<std::string> free_motions_;
   DeadLoads dead_loads_;
   Unknowns unknowns_ = Unknowns::kAll;
@@ -153,7 +183,7 @@ class ShellProblem {
   double load_factor_ = 1.0;
   Eigen::Matrix3Xd force_;       // load_factor * dead + correction
   Eigen::Matrix3Xd correction_;  // follower forces that their potential lacks
-  std::deque<double> targets_;   // of the supports, at the present load factor
+  std::deque<double> targets_;   // of the springs: load_factor * target - lambda / k
   std::vector<std::pair<int, const FollowerPressure*>> followers_;  // element, block
 
   EffectReport effects_[kNumEffects];

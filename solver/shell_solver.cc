@@ -12,6 +12,8 @@
 #include <random>
 #include <sstream>
 
+#include "solver/tangent_stiffness.h"
+
 namespace darboux {
 namespace {
 
@@ -148,7 +150,10 @@ void RecordStep(ShellProblem* problem,
   step.iterations = iterations;
   step.converged = converged;
   step.relative_gradient = relative_gradient;
-  for (int e = 0; e < kNumEffects; ++e) step.energy += problem->Energy(static_cast<Effect>(e));
+  for (int e = 0; e < kNumEffects; ++e) {
+    step.energies[e] = problem->Energy(static_cast<Effect>(e));
+    step.energy += step.energies[e];
+  }
   step.max_displacement = MaxDisplacement(*problem);
   step.reaction = problem->Reaction();
   for (const ProbeSpec& probe : problem->scene().probes) {
@@ -172,14 +177,42 @@ void RecordStep(ShellProblem* problem,
   }
 }
 
-// One Gauss-Newton step is the solution of the linear theory; a second one refines it where
-// rounding has left more than the tolerance.
-bool SolveLinear(ShellProblem* problem,
-                 const SolverOptions& options,
-                 const Deadline& deadline,
-                 int* iterations,
-                 Equilibrium* equilibrium,
-                 std::string* message) {
+// A violated support, relative to the largest displacement, that is rounding.
+constexpr double kHeld = 1e-12;
+// Passes of multipliers and refinement; each gains three digits or more, so that only supports that
+// contradict each other get here.
+constexpr int kMaxPasses = 8;
+
+// Whether the state is as near to equilibrium as asked, or as rounding allows.
+bool AcceptLinear(ShellProblem* problem,
+                  const SolverOptions& options,
+                  const Equilibrium& equilibrium,
+                  std::string* message) {
+  if (equilibrium.relative_gradient <= options.gradient_tolerance) return true;
+  std::ostringstream text;
+  const double floor = RoundingFloor(problem, equilibrium.reference);
+  text << "relative gradient " << equilibrium.relative_gradient
+       << "; one rounding of the unknowns changes it by " << floor;
+  if (equilibrium.relative_gradient > 0.5) {
+    text << "; the stiffness matrix is singular or nearly so";
+    if (problem->scene().model.quadrature == 1) {
+      text
+          << ": one quadrature point per triangle leaves a free edge's control vertices loose, use "
+             "quadrature: 3";
+    }
+  }
+  *message = text.str();
+  return equilibrium.relative_gradient <= kRoundings * floor;
+}
+
+// The linear theory by Ceres: one Gauss-Newton step solves it for given multipliers of the
+// supports, further ones update these and refine.
+bool SolveLinearByCeres(ShellProblem* problem,
+                        const SolverOptions& options,
+                        const Deadline& deadline,
+                        int* iterations,
+                        Equilibrium* equilibrium,
+                        std::string* message) {
   ceres::Solver::Options ceres_options = CeresOptions(options);
   // Levenberg-Marquardt's damping at this radius is below rounding: plain Gauss-Newton.
   ceres_options.initial_trust_region_radius = 1e20;
@@ -189,8 +222,10 @@ bool SolveLinear(ShellProblem* problem,
   ceres_options.jacobi_scaling = false;  // Cholesky's answer does not depend on it, its cost does.
   *iterations = 0;
   double previous = std::numeric_limits<double>::infinity();
-  for (int pass = 0; pass < 3; ++pass) {
+  for (int pass = 0; pass < kMaxPasses; ++pass) {
     const Eigen::Matrix3Xd before = problem->displacements();
+    const std::vector<double> multipliers = problem->multipliers();
+    if (pass > 0) problem->UpdateMultipliers();
     ceres::Solver::Summary ceres_summary;
     ceres::Solve(ceres_options, problem->problem(), &ceres_summary);
     *iterations += static_cast<int>(ceres_summary.iterations.size()) - 1;
@@ -198,30 +233,68 @@ bool SolveLinear(ShellProblem* problem,
       *message = "the linear solver failed: " + ceres_summary.message;
       return false;
     }
-    *equilibrium = CheckEquilibrium(problem);
-    if (equilibrium->relative_gradient <= options.gradient_tolerance) return true;
-    if (equilibrium->relative_gradient >= previous) {
+    const double violation = problem->LargestViolation();
+    if (violation >= previous) {
       problem->displacements() = before;
-      *equilibrium = CheckEquilibrium(problem);
+      problem->SetMultipliers(multipliers);
       break;
     }
-    previous = equilibrium->relative_gradient;
-    if (deadline.Stopped() || deadline.TimedOut()) break;
+    previous = violation;
+    if (violation <= kHeld || deadline.Stopped() || deadline.TimedOut()) break;
   }
-  std::ostringstream text;
-  const double floor = RoundingFloor(problem, equilibrium->reference);
-  text << "relative gradient " << equilibrium->relative_gradient
-       << "; one rounding of the unknowns changes it by " << floor;
-  if (equilibrium->relative_gradient > 0.5) {
-    text << "; the stiffness matrix is singular or nearly so";
-    if (problem->scene().model.quadrature == 1) {
-      text
-          << ": one quadrature point per triangle leaves a free edge's control vertices loose, use "
-             "quadrature: 3";
-    }
+  *equilibrium = CheckEquilibrium(problem);
+  return AcceptLinear(problem, options, *equilibrium, message);
+}
+
+// The linear theory by one factorisation of our own; multipliers of the supports and refinement
+// cost a pair of triangular solves each. Ceres' problem checks the result. False also where the
+// matrix is not positive definite, with an empty message: Ceres may know better.
+bool SolveLinearDirectly(ShellProblem* problem,
+                         const SolverOptions& options,
+                         int* iterations,
+                         Equilibrium* equilibrium,
+                         std::string* message) {
+  TangentStiffness tangent(problem, options.backend, options.num_threads);
+  const std::unique_ptr<SparseCholesky> cholesky = SparseCholesky::Create(options.backend);
+  Eigen::VectorXd gradient;
+  TangentStiffness::Request request;
+  request.gradient = &gradient;
+  request.matrix = true;
+  message->clear();
+  if (!tangent.Evaluate(request)) return false;
+  cholesky->Analyze(tangent.matrix());
+  if (!cholesky->Factorize(tangent.matrix())) return false;
+  request.matrix = false;
+  *iterations = 1;
+  double previous = std::numeric_limits<double>::infinity();
+  for (int pass = 0; pass < kMaxPasses; ++pass) {
+    if (pass > 0) tangent.Evaluate(request);
+    const Eigen::Matrix3Xd step = tangent.Expand(cholesky->Solve(-gradient));
+    const double change = step.cwiseAbs().maxCoeff();
+    if (!(change < previous)) break;  // rounding, or not finite
+    problem->displacements() += step;
+    // Changes shrink geometrically, so the next one is known before it is made.
+    const double next = pass > 0 ? change * (change / previous) : change;
+    if (next <= kHeld * problem->displacements().cwiseAbs().maxCoeff()) break;
+    previous = change;
+    problem->UpdateMultipliers();
   }
-  *message = text.str();
-  return equilibrium->relative_gradient <= kRoundings * floor;
+  *equilibrium = CheckEquilibrium(problem);
+  return AcceptLinear(problem, options, *equilibrium, message);
+}
+
+bool SolveLinear(ShellProblem* problem,
+                 const SolverOptions& options,
+                 const Deadline& deadline,
+                 int* iterations,
+                 Equilibrium* equilibrium,
+                 std::string* message) {
+  if (problem->scene().model.minimizer != Minimizer::kCeres) {
+    if (SolveLinearDirectly(problem, options, iterations, equilibrium, message)) return true;
+    problem->displacements().setZero();
+    problem->SetMultipliers(std::vector<double>(problem->multipliers().size(), 0.0));
+  }
+  return SolveLinearByCeres(problem, options, deadline, iterations, equilibrium, message);
 }
 
 // Large: steps are Newton's as long as they go down. Ceres' damping is relative to the diagonal of
@@ -284,6 +357,9 @@ bool SolveNonlinear(ShellProblem* problem,
                     Equilibrium* equilibrium,
                     std::string* message) {
   *iterations = 0;
+  // A violated support, relative to the largest displacement, that may be left.
+  constexpr double kHeldNonlinear = 1e-9;
+  double previous = std::numeric_limits<double>::infinity();
   constexpr int kMaxCorrections = 50;
   for (int correction = 0; correction < kMaxCorrections; ++correction) {
     if (problem->NeedsCorrection()) problem->UpdateCorrection();
@@ -329,7 +405,11 @@ bool SolveNonlinear(ShellProblem* problem,
       *message = text.str();
       return false;
     }
-    if (!problem->NeedsCorrection()) return true;
+    const double violation = problem->LargestViolation();
+    const bool held = violation <= kHeldNonlinear || violation >= 0.5 * previous;
+    if (held && !problem->NeedsCorrection()) return true;
+    if (!held) problem->UpdateMultipliers();
+    previous = violation;
   }
   *message = "the forces that follow the deformation did not settle";
   return false;
@@ -387,11 +467,12 @@ void Finish(ShellProblem* problem,
   summary->free_motions = problem->free_motions();
   summary->iterations = 0;
   for (const LoadStep& step : summary->steps) summary->iterations += step.iterations;
+  const LoadStep& state = summary->steps.back();  // recorded last: the problem's present state
   summary->effects.clear();
   summary->energy_total = 0.0;
   for (int i = 0; i < kNumEffects; ++i) {
     const Effect effect = static_cast<Effect>(i);
-    EffectSummary entry{ToString(effect), problem->effect(effect), problem->Energy(effect)};
+    EffectSummary entry{ToString(effect), problem->effect(effect), state.energies[i]};
     summary->energy_total += entry.energy;
     if (effect == Effect::kLoads) summary->load_work = -entry.energy;
     if (effect == Effect::kSupports) summary->support_energy = entry.energy;
@@ -411,7 +492,7 @@ void Finish(ShellProblem* problem,
   summary->force_balance =
       forces > 0.0 ? (summary->reaction + summary->applied_force).norm() / forces : 0.0;
   summary->gradient_norm = equilibrium.relative_gradient;
-  summary->max_displacement = MaxDisplacement(*problem);
+  summary->max_displacement = state.max_displacement;
 
   // Springs hold what they hold to 1e-5 or so of the displacements; conditions that exclude each
   // other leave a gap of the order of the displacements themselves.
@@ -566,7 +647,9 @@ bool Solve(const Scene& scene,
 
   // The linear theory comes first in any case: it is the answer, or the estimate that asks for the
   // nonlinear theory, or the start of its iteration.
-  *problem = ShellProblem::Create(scene, ShellProblem::Options(), error);
+  ShellProblem::Options problem_options;
+  problem_options.num_threads = options.num_threads;
+  *problem = ShellProblem::Create(scene, problem_options, error);
   if (*problem == nullptr) return false;
   summary->setup_s = Since(start);
   int linear_iterations = 0;
@@ -608,6 +691,7 @@ bool Solve(const Scene& scene,
     }
   }
   const Eigen::Matrix3Xd linear_solution = (*problem)->displacements();
+  std::vector<double> multipliers = (*problem)->multipliers();
 
   const auto out_of_time = [&] { return deadline.Stopped() || deadline.TimedOut(); };
   if (out_of_time()) {
@@ -629,7 +713,6 @@ bool Solve(const Scene& scene,
   }
 
   const double before = Since(start);
-  ShellProblem::Options problem_options;
   problem_options.nonlinear = true;
   *problem = ShellProblem::Create(scene, problem_options, error);
   if (*problem == nullptr) return false;
@@ -655,6 +738,9 @@ bool Solve(const Scene& scene,
         const double factor = begin + (target - begin) * part / parts;
         nonlinear->SetLoadFactor(factor);
         if (good_factor == 0.0) {
+          std::vector<double> start = multipliers;
+          for (double& multiplier : start) multiplier *= factor;
+          nonlinear->SetMultipliers(start);
           const double multiple = StartFromLinear(factor * linear_solution, nonlinear);
           std::ostringstream decision;
           decision << "start: " << multiple << " of the linear solution at load factor " << factor;

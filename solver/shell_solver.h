@@ -2,6 +2,7 @@
 #define DARBOUX_SOLVER_SHELL_SOLVER_H_
 
 #include <Eigen/Core>
+#include <array>
 #include <atomic>
 #include <functional>
 #include <map>
@@ -11,14 +12,9 @@
 
 #include "solver/scene.h"
 #include "solver/shell_problem.h"
+#include "solver/sparse_cholesky.h"
 
 namespace darboux {
-
-enum class SparseBackend {
-  kAuto,         // SuiteSparse where Ceres has it, else Eigen
-  kSuiteSparse,  // CHOLMOD; its supernodal factorisation is GPL
-  kEigen         // Eigen::SimplicialLDLT; slower, no GPL code runs
-};
 
 // One line of progress.
 struct StepReport {
@@ -67,6 +63,7 @@ struct LoadStep {
   int iterations = 0;
   bool converged = false;
   double energy = 0.0;
+  std::array<double, kNumEffects> energies = {};  // of each effect, J
   double relative_gradient = 0.0;
   double max_displacement = 0.0;
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();

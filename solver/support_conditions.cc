@@ -11,10 +11,9 @@ namespace darboux {
 namespace {
 
 // Support springs relative to the stiffness of the membrane over one element; rotations are held by
-// the same springs at the arm of one element height. A held displacement gives way by strain *
-// element / kStiffness, 1e-5 of the displacements or less; the solution of the normal equations
-// loses kStiffness * 1e-13 or so of its digits (results in mm and m agree to 5e-10 at 1e4, to 7e-9
-// at 1e5; tests/shell_solver_test.cc).
+// the same springs at the arm of one element height. Alone they would give way by strain * element
+// / kStiffness; multipliers take that up (ShellProblem::UpdateMultipliers), each update gaining
+// about kStiffness in accuracy. Stiffer springs would only cost the normal equations digits.
 constexpr double kStiffness = 1e4;
 
 // Gauss points per element edge in the weighted means.
@@ -31,6 +30,7 @@ struct Row {
   Eigen::Vector2d along;  // in the frame's components
   double stiffness;       // per point, or per length and height of the element on a side
   double target;
+  double arm = 1.0;  // at which a rotation is held
 };
 
 // Adds weight * row to a condition.
@@ -72,6 +72,7 @@ PlacedCondition Place(const Row& row,
                       const RigidFrame& frame) {
   PlacedCondition condition;
   condition.stiffness = row.stiffness;
+  condition.arm = row.arm;
   Accumulate(row, vertices, point, frame, 1.0, &condition);
   return condition;
 }
@@ -104,12 +105,12 @@ std::vector<Row> SideRows(const SupportSpec& support,
   const double rotation = kStiffness * material.MembraneStiffness() * height * height;
   if (support.kind == SupportSpec::Kind::kClamped) {
     // With the edge held, x_v . n = 0 keeps the normal; linear in d_v for any rotation.
-    rows.push_back({edge.point.n, true, edge.conormal, rotation, 0.0});
+    rows.push_back({edge.point.n, true, edge.conormal, rotation, 0.0, height});
   } else if (support.kind == SupportSpec::Kind::kSymmetry) {
     // The mirrored field is smooth: the derivative across has no part within the plane.
     const Eigen::Vector3d normal(support.normal[0], support.normal[1], support.normal[2]);
-    rows.push_back({edge.point.n, true, edge.conormal, rotation, 0.0});
-    rows.push_back({normal.cross(edge.point.n), true, edge.conormal, rotation, 0.0});
+    rows.push_back({edge.point.n, true, edge.conormal, rotation, 0.0, height});
+    rows.push_back({normal.cross(edge.point.n), true, edge.conormal, rotation, 0.0, height});
   }
   return rows;
 }
@@ -145,6 +146,7 @@ void AddSide(const SupportSpec& support,
         for (size_t r = 0; r < rows.size(); ++r) {
           Accumulate(rows[r], vertices, edge.point, frame, weight, &conditions[k][r]);
           conditions[k][r].stiffness += rows[r].stiffness * weight / height;
+          conditions[k][r].arm = rows[r].arm;
         }
         lengths[k] += weight;
       }
@@ -214,20 +216,21 @@ void AddNeighbourhood(const SupportSpec& support,
                         kStiffness * material.MembraneStiffness(),
                         &rows);
     const double element_area = 0.5 * surface.MakePoint(at, 1.0).area;
+    const double arm = std::sqrt(element_area);
     const double rotation = kStiffness * material.MembraneStiffness() * element_area;
     const bool holds_normal =
         support.kind == SupportSpec::Kind::kClamped || support.kind == SupportSpec::Kind::kSymmetry;
     if (support.kind == SupportSpec::Kind::kClamped) {
-      rows.push_back({point.n, true, {1.0, 0.0}, rotation, 0.0});
-      rows.push_back({point.n, true, {0.0, 1.0}, rotation, 0.0});
+      rows.push_back({point.n, true, {1.0, 0.0}, rotation, 0.0, arm});
+      rows.push_back({point.n, true, {0.0, 1.0}, rotation, 0.0, arm});
       if (points.size() == 1) {  // Otherwise the held points already stop the spin about n.
-        rows.push_back({point.t2, true, {1.0, 0.0}, rotation, 0.0});
+        rows.push_back({point.t2, true, {1.0, 0.0}, rotation, 0.0, arm});
       }
     } else if (holds_normal) {
       const Eigen::Vector3d normal(support.normal[0], support.normal[1], support.normal[2]);
       const Eigen::Vector2d along(normal.dot(point.t1), normal.dot(point.t2));
-      rows.push_back({point.n, true, along, rotation, 0.0});
-      rows.push_back({normal.cross(point.n), true, along, rotation, 0.0});
+      rows.push_back({point.n, true, along, rotation, 0.0, arm});
+      rows.push_back({normal.cross(point.n), true, along, rotation, 0.0, arm});
     }
     for (const Row& row : rows) {
       result->conditions.push_back(Place(row, surface.control_vertices(at.element), point, frame));

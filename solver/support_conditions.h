@@ -19,6 +19,9 @@ struct PlacedCondition {
   Eigen::Matrix3Xd coefficients;  // one column per control vertex
   double stiffness = 0.0;
   double target = 0.0;  // at full load
+  // What turns a violation into a length: 1 for a displacement component, the height of the element
+  // for a rotation.
+  double arm = 1.0;
   // Force of the reaction per unit of -stiffness * c: the direction of a displacement component,
   // zero for a rotation.
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();
@@ -31,11 +34,6 @@ struct SupportConditions {
   // Control vertices held at zero one and all: boundary_rule seed_ghosts only.
   std::vector<int> fixed_vertices;
 };
-
-// What the springs of a flat plate can be stiffened by when only its transverse displacement is
-// unknown: without the membrane in the matrix there are digits to spare. The result of plates is
-// flat over two decades to either side (tests/support_conditions_test.cc).
-constexpr double kDecoupledStiffening = 10.0;
 
 // Turns the supports of a scene into conditions. In neighbourhoods: one per lattice vertex and
 // component (the nearest surface point where the neighbourhood holds none). On sides: one per

@@ -99,6 +99,7 @@ bool Run(const std::string& file, int divisions) {
   SolverSummary summary;
   std::unique_ptr<ShellProblem> problem;
   for (int i = 0; i < FLAGS_repeats; ++i) {
+    problem.reset();  // What a run leaves behind is not part of the next one.
     const double start = Seconds();
     if (!Solve(scene, options, &problem, &summary, &error)) {
       std::fprintf(stderr, "%s\n", error.c_str());

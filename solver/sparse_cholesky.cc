@@ -1,0 +1,175 @@
+#include "solver/sparse_cholesky.h"
+
+#include <glog/logging.h>
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCholesky>
+
+#ifdef DARBOUX_HAVE_CHOLMOD
+#include <cholmod.h>
+#endif
+
+namespace darboux {
+namespace {
+
+class EigenCholesky : public SparseCholesky {
+ public:
+  void Analyze(const Eigen::SparseMatrix<double>& lower) override { solver_.analyzePattern(lower); }
+  bool Factorize(const Eigen::SparseMatrix<double>& lower) override {
+    solver_.factorize(lower);
+    return solver_.info() == Eigen::Success && solver_.vectorD().minCoeff() > 0.0;
+  }
+  Eigen::VectorXd Solve(const Eigen::VectorXd& b) override { return solver_.solve(b); }
+  int CountNegativeEigenvalues(const Eigen::SparseMatrix<double>& lower) override {
+    Solver ldlt;
+    ldlt.compute(lower);
+    if (ldlt.info() != Eigen::Success) return -1;
+    return static_cast<int>((ldlt.vectorD().array() < 0.0).count());
+  }
+
+ private:
+  using Solver =
+      Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>>;
+  Solver solver_;
+};
+
+#ifdef DARBOUX_HAVE_CHOLMOD
+// A matrix of Eigen as CHOLMOD sees it; the memory stays Eigen's.
+cholmod_sparse View(const Eigen::SparseMatrix<double>& m, int stype) {
+  cholmod_sparse view = {};
+  view.nrow = m.rows();
+  view.ncol = m.cols();
+  view.nzmax = m.nonZeros();
+  view.p = const_cast<int*>(m.outerIndexPtr());
+  view.i = const_cast<int*>(m.innerIndexPtr());
+  view.x = const_cast<double*>(m.valuePtr());
+  view.stype = stype;
+  view.itype = CHOLMOD_INT;
+  view.xtype = CHOLMOD_REAL;
+  view.dtype = CHOLMOD_DOUBLE;
+  view.sorted = 1;
+  view.packed = 1;
+  return view;
+}
+
+class Cholmod : public SparseCholesky {
+ public:
+  Cholmod() {
+    cholmod_start(&common_);
+    common_.print = 0;
+    common_.nmethods = 1;
+    common_.method[0].ordering = CHOLMOD_NATURAL;
+    common_.postorder = 1;
+  }
+  ~Cholmod() override {
+    if (factor_ != nullptr) cholmod_free_factor(&factor_, &common_);
+    cholmod_finish(&common_);
+  }
+  Cholmod(const Cholmod&) = delete;
+  Cholmod& operator=(const Cholmod&) = delete;
+
+  void Analyze(const Eigen::SparseMatrix<double>& lower) override {
+    if (factor_ != nullptr) cholmod_free_factor(&factor_, &common_);
+    cholmod_sparse matrix = View(lower, -1);
+    factor_ = cholmod_analyze(&matrix, &common_);
+    CHECK(factor_ != nullptr) << "CHOLMOD's analysis failed, status " << common_.status;
+  }
+  bool Factorize(const Eigen::SparseMatrix<double>& lower) override {
+    cholmod_sparse matrix = View(lower, -1);
+    common_.final_ll = 1;
+    cholmod_factorize(&matrix, factor_, &common_);
+    return common_.status == CHOLMOD_OK;
+  }
+  Eigen::VectorXd Solve(const Eigen::VectorXd& b) override {
+    cholmod_dense right = {};
+    right.nrow = right.nzmax = right.d = b.size();
+    right.ncol = 1;
+    right.x = const_cast<double*>(b.data());
+    right.xtype = CHOLMOD_REAL;
+    right.dtype = CHOLMOD_DOUBLE;
+    cholmod_dense* x = cholmod_solve(CHOLMOD_A, factor_, &right, &common_);
+    CHECK(x != nullptr) << "CHOLMOD's solve failed, status " << common_.status;
+    const Eigen::VectorXd result =
+        Eigen::Map<const Eigen::VectorXd>(static_cast<double*>(x->x), b.size());
+    cholmod_free_dense(&x, &common_);
+    return result;
+  }
+  int CountNegativeEigenvalues(const Eigen::SparseMatrix<double>& lower) override {
+    cholmod_sparse matrix = View(lower, -1);
+    const int supernodal = common_.supernodal;
+    common_.supernodal = CHOLMOD_SIMPLICIAL;
+    common_.final_ll = 0;
+    cholmod_factor* factor = cholmod_analyze(&matrix, &common_);
+    CHECK(factor != nullptr) << "CHOLMOD's analysis failed, status " << common_.status;
+    cholmod_factorize(&matrix, factor, &common_);
+    int negative = common_.status == CHOLMOD_OK ? 0 : -1;
+    if (negative == 0) {
+      const auto* const p = static_cast<const int*>(factor->p);
+      const auto* const x = static_cast<const double*>(factor->x);
+      for (size_t j = 0; j < factor->n; ++j) {
+        if (x[p[j]] < 0.0) ++negative;  // D stands on the diagonal of L.
+      }
+    }
+    cholmod_free_factor(&factor, &common_);
+    common_.supernodal = supernodal;
+    common_.status = CHOLMOD_OK;
+    return negative;
+  }
+
+ private:
+  cholmod_common common_;
+  cholmod_factor* factor_ = nullptr;
+};
+#endif
+
+bool UsesCholmod(SparseBackend backend) { return HasCholmod() && backend != SparseBackend::kEigen; }
+
+}  // namespace
+
+bool HasCholmod() {
+#ifdef DARBOUX_HAVE_CHOLMOD
+  return true;
+#else
+  return false;
+#endif
+}
+
+std::unique_ptr<SparseCholesky> SparseCholesky::Create(SparseBackend backend) {
+#ifdef DARBOUX_HAVE_CHOLMOD
+  if (UsesCholmod(backend)) return std::make_unique<Cholmod>();
+#endif
+  return std::make_unique<EigenCholesky>();
+}
+
+Eigen::VectorXi FillReducingOrder(const Eigen::SparseMatrix<double>& adjacency,
+                                  SparseBackend backend) {
+#ifdef DARBOUX_HAVE_CHOLMOD
+  if (UsesCholmod(backend)) {
+    cholmod_common common;
+    cholmod_start(&common);
+    common.print = 0;
+    common.nmethods = 1;
+    // Nested dissection saves a fifth of the factorisation of large meshes and costs more than
+    // minimum degree to find.
+    constexpr int kLarge = 10000;
+    common.method[0].ordering = adjacency.cols() >= kLarge ? CHOLMOD_METIS : CHOLMOD_AMD;
+    common.supernodal = CHOLMOD_SIMPLICIAL;
+    Eigen::SparseMatrix<double> lower = adjacency.triangularView<Eigen::Lower>();
+    cholmod_sparse matrix = View(lower, -1);
+    cholmod_factor* factor = cholmod_analyze(&matrix, &common);
+    Eigen::VectorXi order;
+    if (factor != nullptr && common.status >= CHOLMOD_OK) {
+      order = Eigen::Map<const Eigen::VectorXi>(static_cast<int*>(factor->Perm), adjacency.cols());
+    }
+    if (factor != nullptr) cholmod_free_factor(&factor, &common);
+    cholmod_finish(&common);
+    if (order.size() > 0) return order;
+  }
+#endif
+  Eigen::AMDOrdering<int> amd;
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
+  amd(adjacency, permutation);
+  return permutation.indices();
+}
+
+}  // namespace darboux

@@ -1,0 +1,49 @@
+#ifndef DARBOUX_SOLVER_SPARSE_CHOLESKY_H_
+#define DARBOUX_SOLVER_SPARSE_CHOLESKY_H_
+
+#include <Eigen/SparseCore>
+#include <memory>
+
+namespace darboux {
+
+enum class SparseBackend {
+  kAuto,         // SuiteSparse where it is there, else Eigen
+  kSuiteSparse,  // CHOLMOD; its supernodal factorisation is GPL
+  kEigen         // Eigen::SimplicialLDLT; slower, no GPL code runs
+};
+
+// Whether this build has CHOLMOD. Ceres may have it all the same.
+bool HasCholmod();
+
+// Factorises symmetric matrices of one pattern, over and over: the symbolic analysis is made once.
+class SparseCholesky {
+ public:
+  // kAuto and kSuiteSparse take CHOLMOD where HasCholmod().
+  static std::unique_ptr<SparseCholesky> Create(SparseBackend backend);
+  virtual ~SparseCholesky() = default;
+
+  // Lower triangle, compressed, rows ascending in each column; columns are eliminated in the order
+  // given, up to a postorder that adds no fill. Only the pattern is read.
+  virtual void Analyze(const Eigen::SparseMatrix<double>& lower) = 0;
+
+  // A of the analysed pattern = L L^T. False where A is not positive definite.
+  virtual bool Factorize(const Eigen::SparseMatrix<double>& lower) = 0;
+
+  // x = A^-1 b with the last successful factor.
+  virtual Eigen::VectorXd Solve(const Eigen::VectorXd& b) = 0;
+
+  // Number of negative eigenvalues of an indefinite A of the analysed pattern, by L D L^T without
+  // pivoting and Sylvester's law of inertia; -1 where a pivot vanishes. Leaves the factor alone.
+  // Slower than Factorize.
+  virtual int CountNegativeEigenvalues(const Eigen::SparseMatrix<double>& lower) = 0;
+};
+
+// A fill-reducing order of the vertices of a graph: order[k] is the vertex eliminated k-th.
+// `adjacency`: symmetric pattern, values unused. Nested dissection where the build has it and the
+// graph is large enough for it to pay, minimum degree otherwise.
+Eigen::VectorXi FillReducingOrder(const Eigen::SparseMatrix<double>& adjacency,
+                                  SparseBackend backend);
+
+}  // namespace darboux
+
+#endif  // DARBOUX_SOLVER_SPARSE_CHOLESKY_H_

@@ -1,0 +1,438 @@
+#include "solver/tangent_stiffness.h"
+
+#include <glog/logging.h>
+
+#include <algorithm>
+
+#include "costs/strain_derivatives.h"
+#include "solver/parallel_for.h"
+
+namespace darboux {
+namespace {
+
+constexpr int kVectors = 5;  // kinematic vectors of a point
+
+Eigen::Matrix3d StiffnessPerArea(double stiffness, double nu) {
+  Eigen::Matrix3d c;
+  c << 1.0, nu, 0.0, nu, 1.0, 0.0, 0.0, 0.0, 0.5 * (1.0 - nu);
+  return stiffness * c;
+}
+
+// The fifteen kinematic numbers of a point from the control displacements of its element.
+Eigen::Matrix<double, 3, kVectors> Inputs(const StrainPoint& point, const Eigen::Matrix3Xd& u) {
+  Eigen::Matrix<double, 3, kVectors> k = Eigen::Matrix<double, 3, kVectors>::Zero();
+  for (Eigen::Index i = 0; i < u.cols(); ++i) {
+    for (int b = 0; b < kVectors; ++b) k.col(b) += point.weights(kRowD1 + b, i) * u.col(i);
+  }
+  return k;
+}
+
+Eigen::Matrix3Xd Gather(const Eigen::Matrix3Xd& field, const std::vector<int>& vertices) {
+  Eigen::Matrix3Xd result(3, vertices.size());
+  for (size_t i = 0; i < vertices.size(); ++i) result.col(i) = field.col(vertices[i]);
+  return result;
+}
+
+}  // namespace
+
+TangentStiffness::TangentStiffness(const ShellProblem* problem,
+                                   SparseBackend backend,
+                                   int num_threads)
+    : problem_(*problem),
+      basis_(problem->unknown_basis()),
+      membrane_(Eigen::Matrix3d::Zero()),
+      bending_(Eigen::Matrix3d::Zero()) {
+  const Material& material = problem->scaled_material();
+  if (problem->effect(Effect::kMembrane).on) {
+    membrane_ = StiffnessPerArea(material.MembraneStiffness(), material.poisson_ratio);
+  }
+  if (problem->effect(Effect::kBending).on) {
+    bending_ = StiffnessPerArea(material.BendingStiffness(), material.poisson_ratio);
+  }
+  components_ = static_cast<int>(basis_.cols());
+  point_begin_.push_back(0);
+  for (const StrainPoints& points : problem->strain_points()) {
+    point_begin_.push_back(point_begin_.back() + static_cast<int>(points->size()));
+  }
+  num_threads_ = ThreadsFor(problem->surface().num_elements(), num_threads);
+  BuildPattern(backend);
+}
+
+void TangentStiffness::BuildPattern(SparseBackend backend) {
+  const ShellSurface& surface = problem_.surface();
+  const int num_vertices = surface.mesh().num_vertices;
+  // Sets of vertices that share a term: elements, then conditions of supports.
+  std::vector<const std::vector<int>*> terms;
+  for (int e = 0; e < surface.num_elements(); ++e) terms.push_back(&surface.control_vertices(e));
+  for (const PlacedCondition& c : problem_.conditions()) {
+    if (c.stiffness != 0.0) terms.push_back(&c.vertices);
+  }
+
+  std::vector<int> number(num_vertices, -1), vertex_of;
+  for (int i = 0; i < num_vertices; ++i) {
+    if (!problem_.IsFree(i)) continue;
+    number[i] = static_cast<int>(vertex_of.size());
+    vertex_of.push_back(i);
+  }
+  const int num_blocks = static_cast<int>(vertex_of.size());
+  std::vector<int> term_begin(num_blocks + 1, 0), term_of;
+  for (const auto* vertices : terms) {
+    for (const int v : *vertices) {
+      if (number[v] >= 0) ++term_begin[number[v] + 1];
+    }
+  }
+  for (int i = 0; i < num_blocks; ++i) term_begin[i + 1] += term_begin[i];
+  term_of.resize(term_begin.back());
+  std::vector<int> next(term_begin.begin(), term_begin.end() - 1);
+  for (size_t t = 0; t < terms.size(); ++t) {
+    for (const int v : *terms[t]) {
+      if (number[v] >= 0) term_of[next[number[v]]++] = static_cast<int>(t);
+    }
+  }
+  std::vector<int> neighbour_begin(1, 0), neighbours, seen(num_blocks, -1);
+  neighbours.reserve(20 * num_blocks);
+  for (int i = 0; i < num_blocks; ++i) {
+    for (int k = term_begin[i]; k < term_begin[i + 1]; ++k) {
+      for (const int v : *terms[term_of[k]]) {
+        const int j = number[v];
+        if (j < 0 || seen[j] == i) continue;
+        seen[j] = i;
+        neighbours.push_back(j);
+      }
+    }
+    std::sort(neighbours.begin() + neighbour_begin.back(), neighbours.end());
+    neighbour_begin.push_back(static_cast<int>(neighbours.size()));
+  }
+  const std::vector<double> ones(neighbours.size(), 1.0);
+  const Eigen::Map<const Eigen::SparseMatrix<double>> adjacency(num_blocks,
+                                                                num_blocks,
+                                                                neighbours.size(),
+                                                                neighbour_begin.data(),
+                                                                neighbours.data(),
+                                                                ones.data());
+  const Eigen::VectorXi order = FillReducingOrder(adjacency, backend);
+  block_of_vertex_.assign(num_vertices, -1);
+  vertex_of_block_.resize(num_blocks);
+  for (int k = 0; k < num_blocks; ++k) {
+    vertex_of_block_[k] = vertex_of[order[k]];
+    block_of_vertex_[vertex_of_block_[k]] = k;
+  }
+
+  column_begin_.assign(1, 0);
+  row_block_.reserve(neighbours.size() / 2 + num_blocks);
+  for (int k = 0; k < num_blocks; ++k) {
+    const int i = order[k];
+    for (int m = neighbour_begin[i]; m < neighbour_begin[i + 1]; ++m) {
+      const int row = block_of_vertex_[vertex_of[neighbours[m]]];
+      if (row >= k) row_block_.push_back(row);
+    }
+    std::sort(row_block_.begin() + column_begin_.back(), row_block_.end());
+    column_begin_.push_back(static_cast<int>(row_block_.size()));
+  }
+
+  const int c = components_;
+  matrix_.resize(c * num_blocks, c * num_blocks);
+  int nonzeros = 0;
+  for (int j = 0; j < num_blocks; ++j) {
+    const int below = column_begin_[j + 1] - column_begin_[j] - 1;
+    nonzeros += c * (c + 1) / 2 + c * c * below;
+  }
+  matrix_.resizeNonZeros(nonzeros);
+  int entry = 0;
+  for (int j = 0; j < num_blocks; ++j) {
+    for (int b = 0; b < c; ++b) {
+      matrix_.outerIndexPtr()[c * j + b] = entry;
+      for (int a = b; a < c; ++a) matrix_.innerIndexPtr()[entry++] = c * j + a;
+      for (int k = column_begin_[j] + 1; k < column_begin_[j + 1]; ++k) {
+        for (int a = 0; a < c; ++a) matrix_.innerIndexPtr()[entry++] = c * row_block_[k] + a;
+      }
+    }
+  }
+  matrix_.outerIndexPtr()[c * num_blocks] = entry;
+  CHECK_EQ(entry, nonzeros);
+
+  // Column by column: the rows of one are looked up in a table of all blocks.
+  element_slot_begin_.push_back(0);
+  for (int e = 0; e < surface.num_elements(); ++e) {
+    const int n = static_cast<int>(surface.control_vertices(e).size());
+    element_slot_begin_.push_back(element_slot_begin_.back() + n * (n + 1) / 2);
+  }
+  element_slots_.assign(element_slot_begin_.back(), 0);
+  std::vector<int> slot_of(num_blocks, 0);
+  for (int column = 0; column < num_blocks; ++column) {
+    for (int k = column_begin_[column]; k < column_begin_[column + 1]; ++k) {
+      slot_of[row_block_[k]] = k + 1;
+    }
+    const int i = order[column];
+    for (int k = term_begin[i]; k < term_begin[i + 1]; ++k) {
+      if (term_of[k] >= surface.num_elements()) continue;
+      const std::vector<int>& vertices = *terms[term_of[k]];
+      const int n = static_cast<int>(vertices.size());
+      int own = 0;
+      while (vertices[own] != vertex_of_block_[column]) ++own;
+      // Of local vertices i >= j, counted column by column.
+      const auto index = [n](int row, int col) {
+        return col * n - col * (col - 1) / 2 + row - col;
+      };
+      int* const slots = element_slots_.data() + element_slot_begin_[term_of[k]];
+      for (int other = 0; other < n; ++other) {
+        const int row = block_of_vertex_[vertices[other]];
+        if (row < column) continue;
+        if (other >= own) {
+          slots[index(other, own)] = slot_of[row];
+        } else {
+          slots[index(own, other)] = -slot_of[row];
+        }
+      }
+    }
+  }
+
+  support_values_ = Eigen::VectorXd::Zero(nonzeros);
+  for (const PlacedCondition& condition : problem_.conditions()) {
+    if (condition.stiffness == 0.0) continue;
+    const Eigen::MatrixXd rows = basis_.transpose() * condition.coefficients;
+    for (size_t j = 0; j < condition.vertices.size(); ++j) {
+      const int column = block_of_vertex_[condition.vertices[j]];
+      for (size_t i = 0; i < condition.vertices.size(); ++i) {
+        const int row = block_of_vertex_[condition.vertices[i]];
+        if (column < 0 || row < column) continue;
+        const Eigen::MatrixXd block = condition.stiffness * rows.col(i) * rows.col(j).transpose();
+        AddBlock(Slot(row, column), column, block, support_values_.data());
+      }
+    }
+  }
+  workspaces_.resize(num_threads_);
+}
+
+int TangentStiffness::Slot(int row_block, int column_block) const {
+  const auto begin = row_block_.begin() + column_begin_[column_block];
+  const auto end = row_block_.begin() + column_begin_[column_block + 1];
+  return static_cast<int>(std::lower_bound(begin, end, row_block) - row_block_.begin());
+}
+
+template <typename Block>
+void TangentStiffness::AddBlock(int slot,
+                                int column_block,
+                                const Block& block,
+                                double* values) const {
+  const int c = static_cast<int>(block.rows());
+  const int k = slot - column_begin_[column_block];
+  for (int b = 0; b < c; ++b) {
+    double* const column = values + matrix_.outerIndexPtr()[c * column_block + b];
+    if (k == 0) {
+      for (int a = b; a < c; ++a) column[a - b] += block(a, b);
+    } else {
+      for (int a = 0; a < c; ++a) column[(c - b) + c * (k - 1) + a] += block(a, b);
+    }
+  }
+}
+
+template <int C>
+bool TangentStiffness::EvaluateElements(int begin, int end, const Request& request, int thread) {
+  constexpr int kInputs = kVectors * C;
+  constexpr int kBlock = C * C;
+  using Block = Eigen::Matrix<double, C, C>;
+  const StrainMeasure measure = problem_.measure();
+  const ShellSurface& surface = problem_.surface();
+  const Eigen::Matrix<double, 3, C> basis = basis_;
+  Workspace& work = workspaces_[thread];
+  StrainDerivatives strain;
+  // d^2 U of a point, (vector d, component a) x (vector c, component b), stored [c][d][b][a].
+  double second[kVectors * kVectors * kBlock];
+  std::vector<double> half, full;  // times the weights of one control vertex, of both
+  for (int e = begin; e < end; ++e) {
+    const std::vector<int>& vertices = surface.control_vertices(e);
+    const int n = static_cast<int>(vertices.size());
+    const Eigen::Matrix3Xd u = Gather(problem_.displacements(), vertices);
+    if (request.matrix) {
+      half.resize(static_cast<size_t>(kVectors) * kBlock * n);
+      full.assign(static_cast<size_t>(n) * n * kBlock, 0.0);
+    }
+    const std::vector<StrainPoint>& points = *problem_.strain_points()[e];
+    for (size_t q = 0; q < points.size(); ++q) {
+      const StrainPoint& point = points[q];
+      const int index = point_begin_[e] + static_cast<int>(q);
+      const Eigen::Matrix<double, 3, kVectors> k = Inputs(point, u);
+      if (!EvaluateStrainDerivatives(measure, point, k.data(), &strain)) return false;
+      Stress stress;
+      stress.head<3>() = point.area * (membrane_ * strain.strain.head<3>());
+      stress.tail<3>() = point.area * (bending_ * strain.strain.tail<3>());
+      work.energy += 0.5 * stress.dot(strain.strain);
+      if (request.stresses != nullptr) (*request.stresses)[index] = stress;
+      if (request.gradient != nullptr) {
+        const Eigen::Matrix<double, kBendingInputs, 1> g = strain.gradient.transpose() * stress;
+        for (int i = 0; i < n; ++i) {
+          Eigen::Vector3d force = Eigen::Vector3d::Zero();
+          for (int b = 0; b < kVectors; ++b) {
+            force += point.weights(kRowD1 + b, i) * g.segment<3>(3 * b);
+          }
+          work.gradient.col(vertices[i]) += force;
+        }
+      }
+      if (!request.matrix) continue;
+
+      Eigen::Matrix<double, 6, kInputs> b_matrix, c_matrix;
+      for (int b = 0; b < kVectors; ++b) {
+        b_matrix.template middleCols<C>(C * b).noalias() =
+            strain.gradient.middleCols<3>(3 * b).lazyProduct(basis);
+      }
+      c_matrix.template topRows<3>().noalias() =
+          (point.area * membrane_).lazyProduct(b_matrix.template topRows<3>());
+      c_matrix.template bottomRows<3>().noalias() =
+          (point.area * bending_).lazyProduct(b_matrix.template bottomRows<3>());
+      Eigen::Matrix<double, kInputs, kInputs> m = b_matrix.transpose().lazyProduct(c_matrix);
+      if (request.initial_stresses != nullptr && !IsLinear(measure)) {
+        Eigen::Matrix<double, kBendingInputs, kBendingInputs> s;
+        s.setZero();
+        AddStressStiffness(measure,
+                           point,
+                           k.data(),
+                           request.stress_factor * (*request.initial_stresses)[index],
+                           &s);
+        if constexpr (C == 3) {
+          m += s;
+        } else {
+          for (int d = 0; d < kVectors; ++d) {
+            for (int c = 0; c < kVectors; ++c) {
+              m.template block<C, C>(C * d, C * c) +=
+                  basis.transpose() * s.block<3, 3>(3 * d, 3 * c) * basis;
+            }
+          }
+        }
+      }
+      for (int c = 0; c < kVectors; ++c) {
+        for (int d = 0; d < kVectors; ++d) {
+          double* const to = second + (c * kVectors + d) * kBlock;
+          for (int b = 0; b < C; ++b) {
+            for (int a = 0; a < C; ++a) to[b * C + a] = m(d * C + a, c * C + b);
+          }
+        }
+      }
+      constexpr int kHalf = kVectors * kBlock;
+      for (int j = 0; j < n; ++j) {
+        const double* const w = point.weights.data() + 6 * j + kRowD1;
+        double* const to = half.data() + kHalf * j;
+        for (int r = 0; r < kHalf; ++r) {
+          to[r] = w[0] * second[r] + w[1] * second[kHalf + r] + w[2] * second[2 * kHalf + r] +
+                  w[3] * second[3 * kHalf + r] + w[4] * second[4 * kHalf + r];
+        }
+      }
+      for (int j = 0; j < n; ++j) {
+        const double* const from = half.data() + kHalf * j;
+        double* to = full.data() + static_cast<size_t>(j) * n * kBlock;
+        for (int i = j; i < n; ++i) {
+          const double* const w = point.weights.data() + 6 * i + kRowD1;
+          double* const block = to + i * kBlock;
+          for (int r = 0; r < kBlock; ++r) {
+            block[r] += w[0] * from[r] + w[1] * from[kBlock + r] + w[2] * from[2 * kBlock + r] +
+                        w[3] * from[3 * kBlock + r] + w[4] * from[4 * kBlock + r];
+          }
+        }
+      }
+    }
+    if (!request.matrix) continue;
+    const int* slot = element_slots_.data() + element_slot_begin_[e];
+    for (int j = 0; j < n; ++j) {
+      for (int i = j; i < n; ++i, ++slot) {
+        if (*slot == 0) continue;
+        const Eigen::Map<const Block> block(full.data() +
+                                            (static_cast<size_t>(j) * n + i) * kBlock);
+        if (*slot > 0) {
+          AddBlock(*slot - 1, block_of_vertex_[vertices[j]], block, work.values.data());
+        } else {
+          AddBlock(-*slot - 1,
+                   block_of_vertex_[vertices[i]],
+                   Block(block.transpose()),
+                   work.values.data());
+        }
+      }
+    }
+  }
+  return true;
+}
+
+bool TangentStiffness::Evaluate(const Request& request) {
+  const int num_vertices = static_cast<int>(block_of_vertex_.size());
+  StressField stresses;
+  Request inner = request;
+  if (request.stresses != nullptr) {
+    stresses.resize(num_points());
+    inner.stresses = &stresses;
+  }
+  std::vector<char> defined(num_threads_, 1);
+  ParallelFor(num_threads_, problem_.surface().num_elements(), [&](int thread, int begin, int end) {
+    Workspace& work = workspaces_[thread];
+    work.energy = 0.0;
+    if (request.gradient != nullptr) work.gradient.setZero(3, num_vertices);
+    if (request.matrix) work.values.setZero(matrix_.nonZeros());
+    defined[thread] = components_ == 3   ? EvaluateElements<3>(begin, end, inner, thread)
+                      : components_ == 2 ? EvaluateElements<2>(begin, end, inner, thread)
+                                         : EvaluateElements<1>(begin, end, inner, thread);
+  });
+  if (std::find(defined.begin(), defined.end(), 0) != defined.end()) return false;
+
+  if (request.stresses != nullptr) request.stresses->swap(stresses);
+  if (request.energy != nullptr) {
+    double energy =
+        problem_.SupportEnergy() - problem_.force().cwiseProduct(problem_.displacements()).sum();
+    for (const Workspace& work : workspaces_) energy += work.energy;
+    *request.energy = energy;
+  }
+  if (request.gradient != nullptr) {
+    Eigen::Matrix3Xd gradient = problem_.SupportGradient() - problem_.force();
+    for (const Workspace& work : workspaces_) gradient += work.gradient;
+    *request.gradient = Reduce(gradient);
+  }
+  if (request.matrix) {
+    Eigen::Map<Eigen::VectorXd> values(matrix_.valuePtr(), matrix_.nonZeros());
+    values = support_values_;
+    for (const Workspace& work : workspaces_) values += work.values;
+  }
+  return true;
+}
+
+void TangentStiffness::LinearisedStresses(const Eigen::VectorXd& step,
+                                          StressField* stresses) const {
+  stresses->resize(num_points());
+  const Eigen::Matrix3Xd change = Expand(step);
+  const ShellSurface& surface = problem_.surface();
+  ParallelFor(num_threads_, surface.num_elements(), [&](int, int begin, int end) {
+    StrainDerivatives strain;
+    for (int e = begin; e < end; ++e) {
+      const std::vector<int>& vertices = surface.control_vertices(e);
+      const Eigen::Matrix3Xd u = Gather(problem_.displacements(), vertices);
+      const Eigen::Matrix3Xd du = Gather(change, vertices);
+      const std::vector<StrainPoint>& points = *problem_.strain_points()[e];
+      for (size_t q = 0; q < points.size(); ++q) {
+        const StrainPoint& point = points[q];
+        const Eigen::Matrix<double, 3, kVectors> k = Inputs(point, u), dk = Inputs(point, du);
+        CHECK(EvaluateStrainDerivatives(problem_.measure(), point, k.data(), &strain));
+        const Stress extrapolated =
+            strain.strain +
+            strain.gradient * Eigen::Map<const Eigen::Matrix<double, kBendingInputs, 1>>(dk.data());
+        Stress& stress = (*stresses)[point_begin_[e] + q];
+        stress.head<3>() = point.area * (membrane_ * extrapolated.head<3>());
+        stress.tail<3>() = point.area * (bending_ * extrapolated.tail<3>());
+      }
+    }
+  });
+}
+
+Eigen::Matrix3Xd TangentStiffness::Expand(const Eigen::VectorXd& x) const {
+  Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, block_of_vertex_.size());
+  for (size_t k = 0; k < vertex_of_block_.size(); ++k) {
+    result.col(vertex_of_block_[k]) = basis_ * x.segment(components_ * k, components_);
+  }
+  return result;
+}
+
+Eigen::VectorXd TangentStiffness::Reduce(const Eigen::Matrix3Xd& covector) const {
+  Eigen::VectorXd result(num_unknowns());
+  for (size_t k = 0; k < vertex_of_block_.size(); ++k) {
+    result.segment(components_ * k, components_) =
+        basis_.transpose() * covector.col(vertex_of_block_[k]);
+  }
+  return result;
+}
+
+}  // namespace darboux

@@ -1,0 +1,93 @@
+#ifndef DARBOUX_SOLVER_TANGENT_STIFFNESS_H_
+#define DARBOUX_SOLVER_TANGENT_STIFFNESS_H_
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <vector>
+
+#include "solver/shell_problem.h"
+#include "solver/sparse_cholesky.h"
+
+namespace darboux {
+
+// Second-order model of a ShellProblem's energy, assembled element by element from the kernels of
+// costs/strain_derivatives.h: what Ceres' normal equations are, an order of magnitude cheaper to
+// assemble, and with the stress stiffness that no J^T J can hold. All of it in the units of
+// ShellProblem::problem(): energy / force_unit().
+//
+// Unknowns are the components of the free control vertices, ordered to keep the factor sparse.
+class TangentStiffness {
+ public:
+  // Stress resultants (N_11, N_22, N_12, M_11, M_22, M_12) times the area of the point.
+  using Stress = Eigen::Matrix<double, 6, 1>;
+  // One per quadrature point, elements in order.
+  using StressField = std::vector<Stress>;
+
+  // *problem must outlive this. Reads its supports and blocks once.
+  TangentStiffness(const ShellProblem* problem, SparseBackend backend, int num_threads);
+
+  int num_unknowns() const { return static_cast<int>(matrix_.cols()); }
+  int num_points() const { return point_begin_.back(); }
+
+  // What Evaluate is to compute; null where it is not wanted.
+  struct Request {
+    // Strain energy + springs and multipliers of supports + loads.
+    double* energy = nullptr;
+    Eigen::VectorXd* gradient = nullptr;
+    StressField* stresses = nullptr;  // of the present strains
+    // K = sum of B^T C B + springs, in matrix(); with the stress stiffness of *initial_stresses
+    // (times stress_factor) where that is given.
+    bool matrix = false;
+    const StressField* initial_stresses = nullptr;
+    double stress_factor = 1.0;
+  };
+  // At the problem's present displacements, load factor and multipliers. False where a strain is
+  // undefined; then nothing is set.
+  bool Evaluate(const Request& request);
+
+  // Stresses that the linearised strains take on when the unknowns change by `step`.
+  void LinearisedStresses(const Eigen::VectorXd& step, StressField* stresses) const;
+
+  // Lower triangle of the matrix made by the last Evaluate that asked for it.
+  const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
+
+  // Unknowns <-> control displacements, a column per control vertex.
+  Eigen::Matrix3Xd Expand(const Eigen::VectorXd& x) const;
+  Eigen::VectorXd Reduce(const Eigen::Matrix3Xd& covector) const;
+
+ private:
+  template <int kComponents>
+  bool EvaluateElements(int begin, int end, const Request& request, int thread);
+  void BuildPattern(SparseBackend backend);
+  // Where the block of two control vertices begins in a column of the matrix, see BuildPattern.
+  int Slot(int row_block, int column_block) const;
+  template <typename Block>
+  void AddBlock(int slot_entry, int column_block, const Block& block, double* values) const;
+
+  const ShellProblem& problem_;
+  int num_threads_;
+  int components_;                      // unknowns per vertex
+  Eigen::MatrixXd basis_;               // 3 x components_
+  Eigen::Matrix3d membrane_, bending_;  // stiffness per area
+  std::vector<int> point_begin_;        // of each element, and behind the last
+  std::vector<int> block_of_vertex_;    // position in the order of elimination; -1: not unknown
+  std::vector<int> vertex_of_block_;
+  // Blocks of the lower triangle: of block column j, rows row_block_[column_begin_[j]] ..., the
+  // diagonal first, ascending.
+  std::vector<int> column_begin_, row_block_;
+  // Per element, for local vertices i >= j, the block of the lower triangle they share: index into
+  // row_block_, plus one, negative where it is the transpose; 0: not unknown.
+  std::vector<int> element_slots_, element_slot_begin_;
+  Eigen::SparseMatrix<double> matrix_;
+  Eigen::VectorXd support_values_;  // the springs' share of the matrix: constant
+  struct Workspace {
+    Eigen::VectorXd values;
+    Eigen::Matrix3Xd gradient;
+    double energy = 0.0;
+  };
+  std::vector<Workspace> workspaces_;
+};
+
+}  // namespace darboux
+
+#endif  // DARBOUX_SOLVER_TANGENT_STIFFNESS_H_
