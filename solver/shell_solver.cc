@@ -177,8 +177,12 @@ void RecordStep(ShellProblem* problem,
   }
 }
 
-// A violated support, relative to the largest displacement, that is rounding.
+// A change of the displacements, relative to the largest, that is not worth another pass; and one
+// that is not where passes gain little: next to corners of fine lattices conditions of two sides
+// all but depend on each other, and what tells them apart settles slowly and matters to nothing.
 constexpr double kHeld = 1e-12;
+constexpr double kHeldSlowly = 1e-8;
+constexpr double kSlow = 0.1;
 // Passes of multipliers and refinement; each gains three digits or more, so that only supports that
 // contradict each other get here.
 constexpr int kMaxPasses = 8;
@@ -239,8 +243,9 @@ bool SolveLinearByCeres(ShellProblem* problem,
       problem->SetMultipliers(multipliers);
       break;
     }
+    const bool slow = violation > kSlow * previous && violation <= kHeldSlowly;
     previous = violation;
-    if (violation <= kHeld || deadline.Stopped() || deadline.TimedOut()) break;
+    if (violation <= kHeld || slow || deadline.Stopped() || deadline.TimedOut()) break;
   }
   *equilibrium = CheckEquilibrium(problem);
   return AcceptLinear(problem, options, *equilibrium, message);
@@ -268,16 +273,20 @@ bool SolveLinearDirectly(ShellProblem* problem,
   *iterations = 1;
   double previous = std::numeric_limits<double>::infinity();
   for (int pass = 0; pass < kMaxPasses; ++pass) {
-    if (pass > 0) tangent.Evaluate(request);
+    if (pass > 0) {
+      problem->UpdateMultipliers();
+      tangent.Evaluate(request);
+    }
     const Eigen::Matrix3Xd step = tangent.Expand(cholesky->Solve(-gradient));
     const double change = step.cwiseAbs().maxCoeff();
     if (!(change < previous)) break;  // rounding, or not finite
     problem->displacements() += step;
     // Changes shrink geometrically, so the next one is known before it is made.
     const double next = pass > 0 ? change * (change / previous) : change;
-    if (next <= kHeld * problem->displacements().cwiseAbs().maxCoeff()) break;
+    const double size = problem->displacements().cwiseAbs().maxCoeff();
+    if (next <= kHeld * size) break;
+    if (change > kSlow * previous && change <= kHeldSlowly * size) break;
     previous = change;
-    problem->UpdateMultipliers();
   }
   *equilibrium = CheckEquilibrium(problem);
   return AcceptLinear(problem, options, *equilibrium, message);
