@@ -2,7 +2,9 @@
 #define DARBOUX_COSTS_EDGE_MOMENT_H_
 
 #include <Eigen/Core>
+#include <vector>
 
+#include "costs/follower_force.h"
 #include "costs/potential.h"
 #include "geometry/strain_point.h"
 
@@ -17,9 +19,10 @@ namespace darboux {
 // phi_a = angle by which the shell's normal (for a = e, v), or the mean of the deformed e and v
 // (for a = n), has turned about a, seen along a. Exact for bending about a fixed edge direction
 // (Sze et al., Sec. 3.2); for small rotations phi_a is the component of the rotation vector, so the
-// linear theory (MomentWork) is its limit. phi_a runs over (-pi, pi).
-// Parameters: one block of 3 per control vertex of the element.
-class EdgeMoment : public Potential {
+// linear theory (MomentWork) is its limit. The energy counts phi_a from the last SetReference on,
+// by less than half a turn either way, so that a shell may be wound up; the force does not depend
+// on it. Parameters: one block of 3 per control vertex of the element.
+class EdgeMoment : public Potential, public FollowerForce {
  public:
   // point.area is the length L. tangent: of the edge, in the frame's components. moment: N m/m,
   // global components. factor: load factor, read at every evaluation; must outlive the block.
@@ -29,6 +32,14 @@ class EdgeMoment : public Potential {
              const double* factor,
              double s);
 
+  bool Linearise(double const* const* displacements,
+                 Eigen::Matrix3Xd* force,
+                 Eigen::MatrixXd* stiffness) const override;
+
+  // Makes this state the one that angles are counted from; it is itself less than half a turn from
+  // the last one.
+  void SetReference(double const* const* displacements);
+
  protected:
   // False where the normal has no component across an axis that carries a moment.
   bool EvaluateEnergy(double const* const* displacements,
@@ -36,9 +47,19 @@ class EdgeMoment : public Potential {
                       double** gradients) const override;
 
  private:
+  // A vector of the deformed surface: its normal, or the images of the edge tangent and conormal.
+  enum class Follows { kNormal, kTangent, kConormal };
+  // `moment` does work on the angle that the vector has turned by, from `rest`, about `axis`.
+  struct Turn {
+    double moment;
+    Eigen::Vector3d axis, rest;
+    Follows follows;
+    double reference = 0.0;  // angle at the last SetReference
+  };
+
   StrainPoint point_;
   Eigen::Vector2d tangent_;
-  Eigen::Vector3d moment_;
+  std::vector<Turn> turns_;
   const double* factor_;
 };
 

@@ -22,6 +22,13 @@ Eigen::Vector3d NormalChange(const StrainPoint& point, const Eigen::Matrix3d& in
   return point.t1.cross(d2) + d1.cross(point.t2) + d1.cross(d2);
 }
 
+// The matrix of v -> a x v.
+Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& a) {
+  Eigen::Matrix3d result;
+  result << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
+  return result;
+}
+
 }  // namespace
 
 FollowerPressure::FollowerPressure(StrainPoints points,
@@ -79,6 +86,31 @@ Eigen::Matrix3Xd FollowerPressure::ExactForce(double const* const* displacements
     force += (*factor_ * pressure_[q] * point.area) * normal * point.weights.row(kRowValue);
   }
   return force;
+}
+
+bool FollowerPressure::Linearise(double const* const* displacements,
+                                 Eigen::Matrix3Xd* force,
+                                 Eigen::MatrixXd* stiffness) const {
+  *force = ExactForce(displacements);
+  if (stiffness == nullptr) return true;
+  const int n = static_cast<int>(parameter_block_sizes().size());
+  stiffness->setZero(3 * n, 3 * n);
+  for (size_t q = 0; q < points_->size(); ++q) {
+    const StrainPoint& point = (*points_)[q];
+    const Eigen::Matrix3d inputs = Inputs(point, displacements);
+    const double scale = *factor_ * pressure_[q] * point.area;
+    // dN = dx_1 x x_2 + x_1 x dx_2
+    const Eigen::Matrix3d by_d1 = scale * CrossMatrix(point.t2 + inputs.col(2));
+    const Eigen::Matrix3d by_d2 = -scale * CrossMatrix(point.t1 + inputs.col(1));
+    for (int j = 0; j < n; ++j) {
+      const Eigen::Matrix3d derivative =
+          point.weights(kRowD1, j) * by_d1 + point.weights(kRowD2, j) * by_d2;
+      for (int i = 0; i < n; ++i) {
+        stiffness->block<3, 3>(3 * i, 3 * j) += point.weights(kRowValue, i) * derivative;
+      }
+    }
+  }
+  return true;
 }
 
 }  // namespace darboux

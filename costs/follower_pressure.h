@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "costs/follower_force.h"
 #include "costs/potential.h"
 #include "costs/strain_energy.h"
 
@@ -19,7 +20,7 @@ namespace darboux {
 // surface, the gradient lacks a term; ExactForce has it all, and the solver adds the difference as
 // a dead force that it updates until it settles (no energy exists there to minimise).
 // Parameters: one block of 3 per control vertex.
-class FollowerPressure : public Potential {
+class FollowerPressure : public Potential, public FollowerForce {
  public:
   // pressure: per point, Pa, along +n. factor: load factor, read at every evaluation; must outlive
   // the block.
@@ -31,6 +32,11 @@ class FollowerPressure : public Potential {
 
   // Force on control vertex i of the element as column i.
   Eigen::Matrix3Xd ExactForce(double const* const* displacements) const;
+
+  // ExactForce and its derivative.
+  bool Linearise(double const* const* displacements,
+                 Eigen::Matrix3Xd* force,
+                 Eigen::MatrixXd* stiffness) const override;
 
  protected:
   bool EvaluateEnergy(double const* const* displacements,

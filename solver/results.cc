@@ -331,7 +331,8 @@ std::string History(const Scene& scene, const SolverSummary& summary) {
       text += ",probes." + probe.name + ".displacement." + axis;
     }
   }
-  text += ",supports.reaction.x,supports.reaction.y,supports.reaction.z\n";
+  text +=
+      ",supports.reaction.x,supports.reaction.y,supports.reaction.z,negative_modes,limit_point\n";
   const auto add = [&](double value) {
     text += ",";
     if (std::isfinite(value)) text += FormatNumber(value);
@@ -348,7 +349,9 @@ std::string History(const Scene& scene, const SolverSummary& summary) {
       for (int k = 0; k < 3; ++k) add(displacement[k]);
     }
     for (int k = 0; k < 3; ++k) add(step.reaction[k]);
-    text += "\n";
+    text += ",";
+    if (step.negative_modes) text += std::to_string(*step.negative_modes);
+    text += step.limit_point ? ",1\n" : ",0\n";
   }
   return text;
 }
@@ -558,15 +561,30 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
   json["equilibrium"] = {{"gradient_norm", summary.gradient_norm},
                          {"force_balance", summary.force_balance}};
   json["iterations"] = summary.iterations;
+  Json limits = Json::array();
   Json& steps = json["load_steps"] = Json::array();
   for (const LoadStep& step : summary.steps) {
-    steps.push_back({{"factor", step.factor},
-                     {"iterations", step.iterations},
-                     {"converged", step.converged},
-                     {"energy", step.energy},
-                     {"relative_gradient", step.relative_gradient},
-                     {"max_displacement", step.max_displacement}});
+    steps.push_back(
+        {{"factor", step.factor},
+         {"iterations", step.iterations},
+         {"converged", step.converged},
+         {"energy", step.energy},
+         {"relative_gradient", step.relative_gradient},
+         {"max_displacement", step.max_displacement},
+         {"negative_modes", step.negative_modes ? Json(*step.negative_modes) : Json(nullptr)},
+         {"limit_point", step.limit_point}});
+    if (!step.limit_point) continue;
+    Json limit = {{"factor", step.factor}, {"energy", step.energy}, {"probes", Json::object()}};
+    for (size_t i = 0; i < scene.probes.size(); ++i) {
+      limit["probes"][scene.probes[i].name]["displacement"] =
+          Components(step.probe_displacements[i]);
+    }
+    limits.push_back(std::move(limit));
   }
+  json["limit_points"] = limits;
+  const std::optional<int> modes =
+      summary.steps.empty() ? std::nullopt : summary.steps.back().negative_modes;
+  json["stability"] = {{"negative_modes", modes ? Json(*modes) : Json(nullptr)}};
   json["free_motions"] = summary.free_motions;
   json["decisions"] = summary.decisions;
   if (accuracy != nullptr) json["accuracy"] = ToJson(*accuracy);

@@ -16,6 +16,18 @@ const char* ToString(Minimizer minimizer) {
   return "unknown";
 }
 
+const char* ToString(PathControl control) {
+  switch (control) {
+    case PathControl::kLoad:
+      return "load";
+    case PathControl::kDisplacement:
+      return "displacement";
+    case PathControl::kArcLength:
+      return "arc_length";
+  }
+  return "";
+}
+
 const char* ToString(Theory theory) {
   switch (theory) {
     case Theory::kAuto:

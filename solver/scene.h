@@ -118,6 +118,22 @@ struct ProbeSpec {
   SurfacePoint at;
 };
 
+// Which quantity leads along the equilibrium path.
+enum class PathControl {
+  kLoad,          // the load factor, in `steps` equal parts
+  kDisplacement,  // a component of a probe, in `steps` equal parts; the load factor follows
+  kArcLength      // the path's own length: through limit points and snap-backs to the full load
+};
+
+struct PathSpec {
+  PathControl control = PathControl::kLoad;
+  int probe = -1;       // kDisplacement: index in Scene::probes
+  int component = 2;    // kDisplacement: 0, 1, 2
+  double to = 0.0;      // kDisplacement: its last value
+  int max_steps = 500;  // kArcLength
+  SceneLocation location;
+};
+
 // A statement about the results; the tool's exit status says whether all hold.
 struct ExpectSpec {
   std::string quantity;  // path into summary.json, e.g. probes.under_load.displacement.z
@@ -136,11 +152,13 @@ struct Scene {
   std::vector<SupportSpec> supports;
   std::vector<LoadSpec> loads;
   int steps = 1;
+  PathSpec path;
   std::vector<ProbeSpec> probes;
   std::vector<ExpectSpec> expect;
 };
 
 const char* ToString(Minimizer minimizer);
+const char* ToString(PathControl control);
 const char* ToString(Theory theory);
 const char* ToString(Strains strains);
 const char* ToString(BoundaryRule rule);

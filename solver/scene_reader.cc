@@ -30,7 +30,10 @@ struct Options {
 };
 
 Options<Minimizer> Minimizers() {
-  return {{Minimizer::kAuto, Minimizer::kCeres}, {Minimizer::kMip, Minimizer::kCg}};
+  return {{Minimizer::kAuto, Minimizer::kMip, Minimizer::kCeres, Minimizer::kCg}, {}};
+}
+Options<PathControl> PathControls() {
+  return {{PathControl::kLoad, PathControl::kDisplacement, PathControl::kArcLength}, {}};
 }
 Options<Theory> Theories() { return {{Theory::kAuto, Theory::kLinear, Theory::kNonlinear}, {}}; }
 Options<Strains> StrainMeasures() { return {{Strains::kKoiter, Strains::kSeed}, {}}; }
@@ -133,6 +136,7 @@ class SceneParser : public SurfaceReader {
   bool ReadAlong(const YamlField& field, LoadSpec* load);
   bool ReadSteps(const YamlField& field);
   bool ReadProbe(const YamlField& field, ProbeSpec* probe);
+  bool ReadPath(const YamlField& field);
   bool ReadExpect(const YamlField& field, ExpectSpec* expect);
 
   template <typename Spec>
@@ -185,6 +189,7 @@ bool SceneParser::ReadRoot(const YamlField& root) {
                   "supports",
                   "loads",
                   "steps",
+                  "path",
                   "probes",
                   "expect"}) ||
       !Require(map, "name", "a text of one line", &name) ||
@@ -205,6 +210,7 @@ bool SceneParser::ReadRoot(const YamlField& root) {
   return ReadSection(map, "supports", &SceneParser::ReadSupport, &scene_.supports) &&
          ReadSection(map, "loads", &SceneParser::ReadLoad, &scene_.loads) &&
          ReadSection(map, "probes", &SceneParser::ReadProbe, &scene_.probes) &&
+         (map.Find("path") == nullptr || ReadPath(*map.Find("path"))) &&
          ReadSection(map, "expect", &SceneParser::ReadExpect, &scene_.expect);
 }
 
@@ -452,6 +458,64 @@ bool SceneParser::ReadProbe(const YamlField& field, ProbeSpec* probe) {
   }
   return Require(map, "at", "{uv: [u, v]} | {nearest: [x, y, z]}", &at) &&
          ReadPoint(at, &probe->at);
+}
+
+bool SceneParser::ReadPath(const YamlField& field) {
+  PathSpec& path = scene_.path;
+  YamlMap map;
+  YamlField control;
+  path.location = Location(field);
+  const std::string allowed_steps = "an integer from 1 to " + std::to_string(kMaxSteps);
+  if (!OpenMap(field, "a map with control", &map) ||
+      !Require(map, "control", "load | displacement | arc_length", &control) ||
+      !ReadOption(control, PathControls(), &path.control)) {
+    return false;
+  }
+  if (path.control != PathControl::kLoad && scene_.model.theory == Theory::kLinear) {
+    return Fail(control,
+                Describe(control) + " with theory: linear",
+                "theory: nonlinear | auto, as the linear theory has no path to follow");
+  }
+  switch (path.control) {
+    case PathControl::kLoad:
+      return CheckKeys(map, {"control"});
+    case PathControl::kArcLength: {
+      if (!CheckKeys(map, {"control", "max_steps"})) return false;
+      const YamlField* const steps = map.Find("max_steps");
+      if (steps == nullptr) return true;
+      if (!ReadInteger(*steps, allowed_steps, &path.max_steps)) return false;
+      if (path.max_steps >= 1 && path.max_steps <= kMaxSteps) return true;
+      return Fail(*steps, Describe(*steps), allowed_steps);
+    }
+    case PathControl::kDisplacement:
+      break;
+  }
+  YamlField probe, component, to;
+  std::string probe_name, component_name;
+  Names probes;
+  for (const ProbeSpec& spec : scene_.probes) probes.push_back(spec.name);
+  if (!CheckKeys(map, {"control", "probe", "component", "to"}) ||
+      !Require(map, "probe", "the name of a probe", &probe) ||
+      !ReadScalar(probe, "the name of a probe", &probe_name)) {
+    return false;
+  }
+  const auto found = std::find(probes.begin(), probes.end(), probe_name);
+  if (found == probes.end()) {
+    return Fail(probe,
+                "the probe " + Quote(probe_name),
+                probes.empty() ? "no probes, as the scene has none" : Join(probes),
+                NearestName(probe_name, probes));
+  }
+  path.probe = static_cast<int>(found - probes.begin());
+  const Names components = {"x", "y", "z"};
+  if (!Require(map, "component", Join(components), &component) ||
+      !ReadChoice(component, components, {}, &component_name)) {
+    return false;
+  }
+  path.component = static_cast<int>(
+      std::find(components.begin(), components.end(), component_name) - components.begin());
+  constexpr NumberRule kNotZero{"a number other than 0", [](double x) { return x != 0.0; }};
+  return RequireNumber(map, "to", kNotZero, &path.to);
 }
 
 bool SceneParser::ReadExpect(const YamlField& field, ExpectSpec* expect) {

@@ -477,19 +477,21 @@ void ShellProblem::AddLoads() {
                Potential::AddTo(problem_.get(), cost, Blocks(surface_->control_vertices(e))),
                1);
         followers_.push_back({e, cost});
+        follower_forces_.push_back({e, cost});
       }
     } else if (load.kind == LoadSpec::Kind::kEdge) {
       for (const Side side : SidesOf(load.on, *surface_)) {
         for (const auto& edge : surface_->SidePoints(side, 3)) {
           const Eigen::Vector3d moment = EvaluateAt(load.moment, *surface_, edge.at) / force_unit_;
           if (moment.isZero(0.0)) continue;
+          auto* cost =
+              new EdgeMoment(edge.point, edge.tangent, moment, &load_factor_, scale(moment.norm()));
           Record(Effect::kLoads,
                  Potential::AddTo(
-                     problem_.get(),
-                     new EdgeMoment(
-                         edge.point, edge.tangent, moment, &load_factor_, scale(moment.norm())),
-                     Blocks(surface_->control_vertices(edge.at.element))),
+                     problem_.get(), cost, Blocks(surface_->control_vertices(edge.at.element))),
                  1);
+          moments_.push_back({edge.at.element, cost});
+          follower_forces_.push_back({edge.at.element, cost});
         }
       }
     }
@@ -579,6 +581,12 @@ Eigen::Matrix3Xd ShellProblem::SupportGradient() const {
     }
   }
   return gradient;
+}
+
+void ShellProblem::SetAngleReferences() {
+  for (const auto& moment : moments_) {
+    moment.second->SetReference(Blocks(surface_->control_vertices(moment.first)).data());
+  }
 }
 
 double ShellProblem::UpdateCorrection() {

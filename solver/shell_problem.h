@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "costs/edge_moment.h"
 #include "costs/follower_pressure.h"
 #include "costs/material.h"
 #include "costs/strain_energy.h"
@@ -105,8 +106,17 @@ class ShellProblem {
   // columns) that it is unknown in.
   bool IsFree(int vertex) const { return is_free_[vertex] != 0; }
   Eigen::MatrixXd unknown_basis() const;
-  // Dead forces at the present load factor with the correction, in the units of problem().
-  const Eigen::Matrix3Xd& force() const { return force_; }
+  // Dead forces at the present load factor, and those that follow the deformation, in the units of
+  // problem().
+  Eigen::Matrix3Xd DeadForce() const { return load_factor_ * dead_loads_.force; }
+  struct PlacedForce {
+    int element;
+    const FollowerForce* force;
+  };
+  const std::vector<PlacedForce>& follower_forces() const { return follower_forces_; }
+  bool has_moments() const { return !moments_.empty(); }
+  // Angles that edge moments do work on are counted from the present state on.
+  void SetAngleReferences();
 
   // What holds the shell: supports, then what takes up free motions. Those of stiffness zero only
   // tell which rigid motions are held. The springs carry multipliers (augmented Lagrangian): energy
@@ -185,6 +195,8 @@ class ShellProblem {
   Eigen::Matrix3Xd correction_;  // follower forces that their potential lacks
   std::deque<double> targets_;   // of the springs: load_factor * target - lambda / k
   std::vector<std::pair<int, const FollowerPressure*>> followers_;  // element, block
+  std::vector<std::pair<int, EdgeMoment*>> moments_;                // element, block
+  std::vector<PlacedForce> follower_forces_;                        // both
 
   EffectReport effects_[kNumEffects];
   // Membrane and bending energy of each element, within the problem's blocks.

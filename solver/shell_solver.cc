@@ -12,109 +12,12 @@
 #include <random>
 #include <sstream>
 
-#include "solver/tangent_stiffness.h"
+#include "solver/load_stepping.h"
+#include "solver/minimisation.h"
+#include "solver/path_following.h"
 
 namespace darboux {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double Since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-struct Deadline {
-  Clock::time_point start;
-  double limit_s;
-  const std::atomic<bool>* stop;
-
-  bool Stopped() const { return stop != nullptr && stop->load(); }
-  bool TimedOut() const { return limit_s > 0.0 && Since(start) >= limit_s; }
-  double Remaining() const { return limit_s > 0.0 ? std::max(limit_s - Since(start), 0.01) : 1e9; }
-};
-
-// Ends Ceres' iteration when the Euclidean norm of the gradient is small enough (Ceres itself tests
-// the largest component), when the user stops it, or when time is up.
-class StopCallback : public ceres::IterationCallback {
- public:
-  StopCallback(const Deadline& deadline, double gradient)
-      : deadline_(deadline), gradient_(gradient) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    if (summary.step_is_successful && summary.gradient_norm <= gradient_) {
-      return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
-    }
-    // A rejected step whose change of energy is lost in the energy's own rounding: energies cannot
-    // tell any more, only the gradient can, and the caller asks it.
-    constexpr double kRounding = 1e3 * std::numeric_limits<double>::epsilon();
-    if (!summary.step_is_successful && summary.step_is_valid &&
-        std::abs(summary.cost_change) <= kRounding * std::abs(summary.cost)) {
-      return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
-    }
-    return deadline_.Stopped() || deadline_.TimedOut() ? ceres::SOLVER_ABORT
-                                                       : ceres::SOLVER_CONTINUE;
-  }
-
- private:
-  const Deadline& deadline_;
-  double gradient_;
-};
-
-ceres::SparseLinearAlgebraLibraryType BackendOf(SparseBackend backend) {
-  const bool suite_sparse = ceres::IsSparseLinearAlgebraLibraryTypeAvailable(ceres::SUITE_SPARSE);
-  if (backend == SparseBackend::kEigen || !suite_sparse) return ceres::EIGEN_SPARSE;
-  return ceres::SUITE_SPARSE;
-}
-
-ceres::Solver::Options CeresOptions(const SolverOptions& options) {
-  ceres::Solver::Options ceres_options;
-  ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  ceres_options.sparse_linear_algebra_library_type = BackendOf(options.backend);
-  ceres_options.num_threads = options.num_threads;
-  ceres_options.logging_type = ceres::SILENT;
-  // The cost is normally negative and its change can round to zero: neither says anything about
-  // equilibrium, only the gradient does.
-  ceres_options.function_tolerance = 0.0;
-  ceres_options.parameter_tolerance = 0.0;
-  ceres_options.min_trust_region_radius = 1e-40;
-  ceres_options.max_num_consecutive_invalid_steps = 50;
-  return ceres_options;
-}
-
-// The force scale that gradients are measured against, and the relative gradient.
-struct Equilibrium {
-  double relative_gradient = 0.0;
-  double reference = 0.0;  // N, loads and reactions
-  double loads = 0.0;      // N, loads alone
-};
-
-Equilibrium CheckEquilibrium(ShellProblem* problem) {
-  Equilibrium result;
-  const Eigen::Matrix3Xd supports = problem->Gradient(Effect::kSupports);
-  const Eigen::Matrix3Xd loads = problem->Gradient(Effect::kLoads);
-  result.loads = loads.norm();
-  result.reference = supports.norm() + result.loads;
-  const double gradient = problem->Gradient().norm();
-  result.relative_gradient = result.reference > 0.0 ? gradient / result.reference : gradient;
-  return result;
-}
-
-// Relative change of the gradient when every unknown moves by one unit of rounding: no state in
-// double can be told from equilibrium below about ten times it (a residual sums a dozen terms).
-// Matters for supports and membranes that are stiff against a large displacement.
-constexpr double kRoundings = 10.0;
-
-double RoundingFloor(ShellProblem* problem, double reference) {
-  std::mt19937 generator(20417);
-  const Eigen::Matrix3Xd state = problem->displacements();
-  const Eigen::Matrix3Xd gradient = problem->Gradient();
-  problem->displacements() = state.unaryExpr([&](double x) {
-    const double unit = std::numeric_limits<double>::epsilon();
-    return (generator() & 1) != 0 ? x * (1.0 + unit) : x * (1.0 - unit);
-  });
-  const double change = (problem->Gradient() - gradient).norm();
-  problem->displacements() = state;
-  return reference > 0.0 ? change / reference : 0.0;
-}
 
 // Over the lattice vertices and one point inside each element.
 double MaxDisplacement(const ShellProblem& problem) {
@@ -175,253 +78,6 @@ void RecordStep(ShellProblem* problem,
     report.converged = converged;
     options.on_step(report);
   }
-}
-
-// A change of the displacements, relative to the largest, that is not worth another pass; and one
-// that is not where passes gain little: next to corners of fine lattices conditions of two sides
-// all but depend on each other, and what tells them apart settles slowly and matters to nothing.
-constexpr double kHeld = 1e-12;
-constexpr double kHeldSlowly = 1e-8;
-constexpr double kSlow = 0.1;
-// Passes of multipliers and refinement; each gains three digits or more, so that only supports that
-// contradict each other get here.
-constexpr int kMaxPasses = 8;
-
-// Whether the state is as near to equilibrium as asked, or as rounding allows.
-bool AcceptLinear(ShellProblem* problem,
-                  const SolverOptions& options,
-                  const Equilibrium& equilibrium,
-                  std::string* message) {
-  if (equilibrium.relative_gradient <= options.gradient_tolerance) return true;
-  std::ostringstream text;
-  const double floor = RoundingFloor(problem, equilibrium.reference);
-  text << "relative gradient " << equilibrium.relative_gradient
-       << "; one rounding of the unknowns changes it by " << floor;
-  if (equilibrium.relative_gradient > 0.5) {
-    text << "; the stiffness matrix is singular or nearly so";
-    if (problem->scene().model.quadrature == 1) {
-      text
-          << ": one quadrature point per triangle leaves a free edge's control vertices loose, use "
-             "quadrature: 3";
-    }
-  }
-  *message = text.str();
-  return equilibrium.relative_gradient <= kRoundings * floor;
-}
-
-// The linear theory by Ceres: one Gauss-Newton step solves it for given multipliers of the
-// supports, further ones update these and refine.
-bool SolveLinearByCeres(ShellProblem* problem,
-                        const SolverOptions& options,
-                        const Deadline& deadline,
-                        int* iterations,
-                        Equilibrium* equilibrium,
-                        std::string* message) {
-  ceres::Solver::Options ceres_options = CeresOptions(options);
-  // Levenberg-Marquardt's damping at this radius is below rounding: plain Gauss-Newton.
-  ceres_options.initial_trust_region_radius = 1e20;
-  ceres_options.max_trust_region_radius = 1e20;
-  ceres_options.max_num_iterations = 1;
-  ceres_options.gradient_tolerance = 0.0;
-  ceres_options.jacobi_scaling = false;  // Cholesky's answer does not depend on it, its cost does.
-  *iterations = 0;
-  double previous = std::numeric_limits<double>::infinity();
-  for (int pass = 0; pass < kMaxPasses; ++pass) {
-    const Eigen::Matrix3Xd before = problem->displacements();
-    const std::vector<double> multipliers = problem->multipliers();
-    if (pass > 0) problem->UpdateMultipliers();
-    ceres::Solver::Summary ceres_summary;
-    ceres::Solve(ceres_options, problem->problem(), &ceres_summary);
-    *iterations += static_cast<int>(ceres_summary.iterations.size()) - 1;
-    if (!ceres_summary.IsSolutionUsable()) {
-      *message = "the linear solver failed: " + ceres_summary.message;
-      return false;
-    }
-    const double violation = problem->LargestViolation();
-    if (violation >= previous) {
-      problem->displacements() = before;
-      problem->SetMultipliers(multipliers);
-      break;
-    }
-    const bool slow = violation > kSlow * previous && violation <= kHeldSlowly;
-    previous = violation;
-    if (violation <= kHeld || slow || deadline.Stopped() || deadline.TimedOut()) break;
-  }
-  *equilibrium = CheckEquilibrium(problem);
-  return AcceptLinear(problem, options, *equilibrium, message);
-}
-
-// The linear theory by one factorisation of our own; multipliers of the supports and refinement
-// cost a pair of triangular solves each. Ceres' problem checks the result. False also where the
-// matrix is not positive definite, with an empty message: Ceres may know better.
-bool SolveLinearDirectly(ShellProblem* problem,
-                         const SolverOptions& options,
-                         int* iterations,
-                         Equilibrium* equilibrium,
-                         std::string* message) {
-  TangentStiffness tangent(problem, options.backend, options.num_threads);
-  const std::unique_ptr<SparseCholesky> cholesky = SparseCholesky::Create(options.backend);
-  Eigen::VectorXd gradient;
-  TangentStiffness::Request request;
-  request.gradient = &gradient;
-  request.matrix = true;
-  message->clear();
-  if (!tangent.Evaluate(request)) return false;
-  cholesky->Analyze(tangent.matrix());
-  if (!cholesky->Factorize(tangent.matrix())) return false;
-  request.matrix = false;
-  *iterations = 1;
-  double previous = std::numeric_limits<double>::infinity();
-  for (int pass = 0; pass < kMaxPasses; ++pass) {
-    if (pass > 0) {
-      problem->UpdateMultipliers();
-      tangent.Evaluate(request);
-    }
-    const Eigen::Matrix3Xd step = tangent.Expand(cholesky->Solve(-gradient));
-    const double change = step.cwiseAbs().maxCoeff();
-    if (!(change < previous)) break;  // rounding, or not finite
-    problem->displacements() += step;
-    // Changes shrink geometrically, so the next one is known before it is made.
-    const double next = pass > 0 ? change * (change / previous) : change;
-    const double size = problem->displacements().cwiseAbs().maxCoeff();
-    if (next <= kHeld * size) break;
-    if (change > kSlow * previous && change <= kHeldSlowly * size) break;
-    previous = change;
-  }
-  *equilibrium = CheckEquilibrium(problem);
-  return AcceptLinear(problem, options, *equilibrium, message);
-}
-
-bool SolveLinear(ShellProblem* problem,
-                 const SolverOptions& options,
-                 const Deadline& deadline,
-                 int* iterations,
-                 Equilibrium* equilibrium,
-                 std::string* message) {
-  if (problem->scene().model.minimizer != Minimizer::kCeres) {
-    if (SolveLinearDirectly(problem, options, iterations, equilibrium, message)) return true;
-    problem->displacements().setZero();
-    problem->SetMultipliers(std::vector<double>(problem->multipliers().size(), 0.0));
-  }
-  return SolveLinearByCeres(problem, options, deadline, iterations, equilibrium, message);
-}
-
-// Large: steps are Newton's as long as they go down. Ceres' damping is relative to the diagonal of
-// J^T J, which the support springs dominate at the rim, so a small radius holds the rim alone and
-// is left only by factors of three an iteration.
-constexpr double kInitialRadius = 1e10;
-
-// Moves the problem to the lowest energy among multiples of the linear solution. A stretched plate
-// lies far below the linear theory (w = 2 h where it says 7 h): from here Newton's steps go down at
-// once, from rest the first one overshoots and all damping has to be found by failing.
-double StartFromLinear(const Eigen::Matrix3Xd& linear, ShellProblem* problem) {
-  const auto energy = [&](double factor) {
-    problem->displacements() = factor * linear;
-    double total = std::numeric_limits<double>::infinity();
-    if (!problem->problem()->Evaluate({}, &total, nullptr, nullptr, nullptr)) {
-      total = std::numeric_limits<double>::infinity();
-    }
-    return total;
-  };
-  // Golden section on [0, 1]: the energy falls at 0 and is convex in most cases; where it is not,
-  // any lower point will do.
-  const double ratio = 0.5 * (std::sqrt(5.0) - 1.0);
-  double low = 0.0, high = 1.0;
-  double a = high - ratio * (high - low), b = low + ratio * (high - low);
-  double at_a = energy(a), at_b = energy(b);
-  double best = 1.0, best_energy = energy(1.0);
-  for (int i = 0; i < 16; ++i) {
-    if (at_a < best_energy) {
-      best = a;
-      best_energy = at_a;
-    }
-    if (at_b < best_energy) {
-      best = b;
-      best_energy = at_b;
-    }
-    if (at_a < at_b) {
-      high = b;
-      b = a;
-      at_b = at_a;
-      a = high - ratio * (high - low);
-      at_a = energy(a);
-    } else {
-      low = a;
-      a = b;
-      at_a = at_b;
-      b = low + ratio * (high - low);
-      at_b = energy(b);
-    }
-  }
-  if (!(best_energy < energy(0.0))) best = 0.0;
-  problem->displacements() = best * linear;
-  return best;
-}
-
-// Levenberg-Marquardt at the problem's present load factor, from its present state.
-bool SolveNonlinear(ShellProblem* problem,
-                    const SolverOptions& options,
-                    const Deadline& deadline,
-                    int* iterations,
-                    Equilibrium* equilibrium,
-                    std::string* message) {
-  *iterations = 0;
-  // A violated support, relative to the largest displacement, that may be left.
-  constexpr double kHeldNonlinear = 1e-9;
-  double previous = std::numeric_limits<double>::infinity();
-  constexpr int kMaxCorrections = 50;
-  for (int correction = 0; correction < kMaxCorrections; ++correction) {
-    if (problem->NeedsCorrection()) problem->UpdateCorrection();
-    *equilibrium = CheckEquilibrium(problem);
-    if (equilibrium->reference == 0.0 ||
-        (correction > 0 && equilibrium->relative_gradient <= options.gradient_tolerance)) {
-      return true;
-    }
-    ceres::Solver::Options ceres_options = CeresOptions(options);
-    ceres_options.initial_trust_region_radius = kInitialRadius;
-    ceres_options.max_num_iterations = options.max_iterations - *iterations;
-    ceres_options.max_solver_time_in_seconds = deadline.Remaining();
-    ceres_options.gradient_tolerance = 0.0;
-    // Reactions are still to be found; the loads alone are a scale on the safe side.
-    const double loads = equilibrium->loads;
-    StopCallback stop(deadline,
-                      options.gradient_tolerance * (loads > 0.0 ? loads : equilibrium->reference) /
-                          problem->force_unit());
-    ceres_options.callbacks.push_back(&stop);
-    ceres::Solver::Summary ceres_summary;
-    ceres::Solve(ceres_options, problem->problem(), &ceres_summary);
-    *iterations += static_cast<int>(ceres_summary.iterations.size()) - 1;
-    *equilibrium = CheckEquilibrium(problem);
-    if (deadline.Stopped() || deadline.TimedOut()) {
-      *message = deadline.Stopped() ? "stopped by the user" : "time limit reached";
-      return false;
-    }
-    if (!ceres_summary.IsSolutionUsable()) {
-      *message = "the minimiser failed: " + ceres_summary.message;
-      return false;
-    }
-    if (equilibrium->relative_gradient > options.gradient_tolerance &&
-        equilibrium->relative_gradient >
-            kRoundings * RoundingFloor(problem, equilibrium->reference)) {
-      // Without loads the scale was that of reactions before equilibrium, which were larger.
-      if (loads == 0.0 && ceres_summary.num_successful_steps > 1 &&
-          *iterations < options.max_iterations) {
-        continue;
-      }
-      std::ostringstream text;
-      text << "relative gradient " << equilibrium->relative_gradient << " after " << *iterations
-           << " iterations";
-      *message = text.str();
-      return false;
-    }
-    const double violation = problem->LargestViolation();
-    const bool held = violation <= kHeldNonlinear || violation >= 0.5 * previous;
-    if (held && !problem->NeedsCorrection()) return true;
-    if (!held) problem->UpdateMultipliers();
-    previous = violation;
-  }
-  *message = "the forces that follow the deformation did not settle";
-  return false;
 }
 
 // Strain energy that the nonlinear theory finds in the linear solution, against the linear one:
@@ -636,6 +292,7 @@ bool Solve(const Scene& scene,
            SolverSummary* summary,
            std::string* error) {
   *summary = SolverSummary();
+  problem->reset();
   if (!options.IsValid(error)) return false;
   if (!FitsIntoMemory(scene, error)) return false;
   const Clock::time_point start = Clock::now();
@@ -654,19 +311,26 @@ bool Solve(const Scene& scene,
   Equilibrium equilibrium;
   bool converged = false;
 
-  // The linear theory comes first in any case: it is the answer, or the estimate that asks for the
-  // nonlinear theory, or the start of its iteration.
+  // The linear theory is the answer, or the estimate that asks for the nonlinear theory, or the
+  // start of descent. The mixed iteration starts from rest: its first step is the linear one.
   ShellProblem::Options problem_options;
   problem_options.num_threads = options.num_threads;
-  *problem = ShellProblem::Create(scene, problem_options, error);
-  if (*problem == nullptr) return false;
-  summary->setup_s = Since(start);
+  summary->theory_reason = "asked for by the scene";
   int linear_iterations = 0;
-  {
+  Eigen::Matrix3Xd linear_solution;
+  std::vector<double> multipliers;
+  const bool descends = scene.model.minimizer == Minimizer::kCeres;
+  if (theory == Theory::kAuto && scene.path.control != PathControl::kLoad) {
+    theory = Theory::kNonlinear;
+    summary->theory_reason = "the scene asks for an equilibrium path";
+  }
+  if (theory != Theory::kNonlinear || descends) {
+    *problem = ShellProblem::Create(scene, problem_options, error);
+    if (*problem == nullptr) return false;
+    summary->setup_s = Since(start);
     ShellProblem* linear = problem->get();
     converged = SolveLinear(linear, options, deadline, &linear_iterations, &equilibrium, &message);
     summary->solve_s = Since(start) - summary->setup_s;
-    summary->theory_reason = "asked for by the scene";
     if (theory == Theory::kAuto) {
       const double tolerance = scene.model.accuracy.value_or(options.theory_tolerance);
       summary->nonlinearity_estimate = EstimateNonlinearity(*linear);
@@ -698,12 +362,13 @@ bool Solve(const Scene& scene,
       Finish(linear, options, equilibrium, summary);
       return true;
     }
+    linear_solution = linear->displacements();
+    multipliers = linear->multipliers();
+  } else {
+    summary->setup_s = summary->solve_s = 0.0;
   }
-  const Eigen::Matrix3Xd linear_solution = (*problem)->displacements();
-  std::vector<double> multipliers = (*problem)->multipliers();
-
   const auto out_of_time = [&] { return deadline.Stopped() || deadline.TimedOut(); };
-  if (out_of_time()) {
+  if (*problem != nullptr && out_of_time()) {
     // The linear solution is the last good state.
     converged = false;
     message = deadline.Stopped() ? "stopped by the user before the nonlinear solve"
@@ -728,83 +393,63 @@ bool Solve(const Scene& scene,
   ShellProblem* nonlinear = problem->get();
   summary->setup_s += Since(start) - before;
   const double solve_start = Since(start);
-  Eigen::Matrix3Xd good = nonlinear->displacements();
-  double good_factor = 0.0;
-  for (int step = 1; step <= scene.steps; ++step) {
-    const double target = static_cast<double>(step) / scene.steps;
-    const double from = good_factor;
-    int iterations = step == 1 ? linear_iterations : 0;
-    // What the first attempt, straight to the asked load, ended with.
-    Eigen::Matrix3Xd direct;
-    Equilibrium direct_equilibrium;
-    std::string direct_message;
-    // Straight to the asked load; where that fails, in 5, then 20 parts from the last good state.
-    for (const int parts : {1, 5, 20}) {
-      nonlinear->displacements() = good;
-      converged = true;
-      const double begin = good_factor;
-      for (int part = 1; part <= parts && converged; ++part) {
-        const double factor = begin + (target - begin) * part / parts;
-        nonlinear->SetLoadFactor(factor);
-        if (good_factor == 0.0) {
-          std::vector<double> start = multipliers;
-          for (double& multiplier : start) multiplier *= factor;
-          nonlinear->SetMultipliers(start);
-          const double multiple = StartFromLinear(factor * linear_solution, nonlinear);
-          std::ostringstream decision;
-          decision << "start: " << multiple << " of the linear solution at load factor " << factor;
-          summary->decisions.push_back(decision.str());
-        }
-        int used = 0;
-        converged = SolveNonlinear(nonlinear, options, deadline, &used, &equilibrium, &message);
-        iterations += used;
-        if (converged) {
-          good = nonlinear->displacements();
-          good_factor = factor;
-        }
-      }
-      if (parts == 1) {
-        direct = nonlinear->displacements();
-        direct_equilibrium = equilibrium;
-        direct_message = message;
-      }
-      // Smaller steps do not help where equilibrium is reached but for the last digits.
-      constexpr double kNearly = 100.0;
-      if (converged || out_of_time() ||
-          (parts == 1 && equilibrium.relative_gradient <= kNearly * options.gradient_tolerance)) {
-        break;
-      }
-      if (parts < 20) {
-        std::ostringstream decision;
-        decision << "load factor " << target << " not reached in " << parts
-                 << (parts == 1 ? " step (" : " steps (") << message << "): cut";
-        summary->decisions.push_back(decision.str());
-      }
+  if (scene.path.control != PathControl::kLoad) {
+    PathFollowing following(nonlinear, options, deadline, &summary->decisions);
+    const auto on_point = [&](const PathFollowing::Point& point) {
+      RecordStep(nonlinear,
+                 point.factor,
+                 point.iterations,
+                 true,
+                 point.relative_gradient,
+                 options,
+                 start,
+                 summary);
+      summary->steps.back().limit_point = point.limit_point;
+      if (point.negative_modes >= 0) summary->steps.back().negative_modes = point.negative_modes;
+    };
+    converged = following.Follow(on_point, &message);
+    if (nonlinear->NeedsCorrection()) nonlinear->UpdateCorrection();
+    equilibrium = CheckEquilibrium(nonlinear);
+    if (summary->steps.empty()) {
+      RecordStep(nonlinear,
+                 nonlinear->load_factor(),
+                 0,
+                 false,
+                 equilibrium.relative_gradient,
+                 options,
+                 start,
+                 summary);
     }
-    if (!converged) {
-      // The last good state; where the step has none, what the first attempt came to.
-      if (good_factor > from) {
-        nonlinear->displacements() = good;
-        nonlinear->SetLoadFactor(good_factor);
-        std::ostringstream text;
-        text << message << "; the results are the last good state, at load factor " << good_factor;
-        message = text.str();
-      } else {
-        nonlinear->displacements() = direct;
-        nonlinear->SetLoadFactor(target);
-        message = direct_message;
+  } else {
+    LoadStepping stepping(nonlinear, options, deadline, &summary->decisions);
+    if (linear_solution.size() > 0) stepping.SetLinearSolution(linear_solution, multipliers);
+    if (options.initial_displacements.size() > 0) {
+      if (options.initial_displacements.cols() != nonlinear->displacements().cols()) {
+        *error = "initial_displacements has " +
+                 std::to_string(options.initial_displacements.cols()) +
+                 " columns; allowed is one " + "per control vertex, " +
+                 std::to_string(nonlinear->displacements().cols());
+        return false;
       }
-      equilibrium = CheckEquilibrium(nonlinear);
+      stepping.SetStart(options.initial_displacements);
     }
-    RecordStep(nonlinear,
-               nonlinear->load_factor(),
-               iterations,
-               converged,
-               equilibrium.relative_gradient,
-               options,
-               start,
-               summary);
-    if (!converged) break;
+    for (int step = 1; step <= scene.steps; ++step) {
+      const LoadStepping::Result result = stepping.Advance(static_cast<double>(step) / scene.steps);
+      converged = result.converged;
+      equilibrium = result.equilibrium;
+      message = result.message;
+      RecordStep(nonlinear,
+                 nonlinear->load_factor(),
+                 result.iterations + (step == 1 ? linear_iterations : 0),
+                 converged,
+                 equilibrium.relative_gradient,
+                 options,
+                 start,
+                 summary);
+      const int negative_modes = stepping.mixed().FactorizeHessian();
+      if (negative_modes >= 0) summary->steps.back().negative_modes = negative_modes;
+      if (!converged) break;
+    }
   }
   summary->solve_s += Since(start) - solve_start;
   terminate(converged, message);

@@ -7,6 +7,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,8 @@ struct SolverOptions {
   // The relative error that `theory: auto` accepts from the linear theory before it switches to
   // the nonlinear one; scene.model.accuracy where given.
   double theory_tolerance = 0.01;
+  // Nonlinear theory: control displacements to start from, 3 x control vertices; empty = rest.
+  Eigen::Matrix3Xd initial_displacements;
   const std::atomic<bool>* stop = nullptr;  // set from elsewhere (Ctrl-C): stop at the next chance
   std::function<void(const StepReport&)> on_step;  // after each load step
 
@@ -69,6 +72,10 @@ struct LoadStep {
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> probe_displacements;  // in the order of scene.probes
   Eigen::Matrix3Xd displacements;                    // control displacements
+  // Negative eigenvalues of the Hessian: 0 = stable. Nonlinear theory only; none where the matrix
+  // is singular.
+  std::optional<int> negative_modes;
+  bool limit_point = false;  // the load factor has an extremum here (path following)
 };
 
 struct SolverSummary {

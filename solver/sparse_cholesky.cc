@@ -16,21 +16,18 @@ class EigenCholesky : public SparseCholesky {
  public:
   void Analyze(const Eigen::SparseMatrix<double>& lower) override { solver_.analyzePattern(lower); }
   bool Factorize(const Eigen::SparseMatrix<double>& lower) override {
+    return FactorizeIndefinite(lower) == 0;
+  }
+  int FactorizeIndefinite(const Eigen::SparseMatrix<double>& lower) override {
     solver_.factorize(lower);
-    return solver_.info() == Eigen::Success && solver_.vectorD().minCoeff() > 0.0;
+    if (solver_.info() != Eigen::Success) return -1;
+    return static_cast<int>((solver_.vectorD().array() < 0.0).count());
   }
   Eigen::VectorXd Solve(const Eigen::VectorXd& b) override { return solver_.solve(b); }
-  int CountNegativeEigenvalues(const Eigen::SparseMatrix<double>& lower) override {
-    Solver ldlt;
-    ldlt.compute(lower);
-    if (ldlt.info() != Eigen::Success) return -1;
-    return static_cast<int>((ldlt.vectorD().array() < 0.0).count());
-  }
 
  private:
-  using Solver =
-      Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>>;
-  Solver solver_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>>
+      solver_;
 };
 
 #ifdef DARBOUX_HAVE_CHOLMOD
@@ -62,14 +59,14 @@ class Cholmod : public SparseCholesky {
     common_.postorder = 1;
   }
   ~Cholmod() override {
-    if (factor_ != nullptr) cholmod_free_factor(&factor_, &common_);
+    Free();
     cholmod_finish(&common_);
   }
   Cholmod(const Cholmod&) = delete;
   Cholmod& operator=(const Cholmod&) = delete;
 
   void Analyze(const Eigen::SparseMatrix<double>& lower) override {
-    if (factor_ != nullptr) cholmod_free_factor(&factor_, &common_);
+    Free();
     cholmod_sparse matrix = View(lower, -1);
     factor_ = cholmod_analyze(&matrix, &common_);
     CHECK(factor_ != nullptr) << "CHOLMOD's analysis failed, status " << common_.status;
@@ -78,7 +75,9 @@ class Cholmod : public SparseCholesky {
     cholmod_sparse matrix = View(lower, -1);
     common_.final_ll = 1;
     cholmod_factorize(&matrix, factor_, &common_);
-    return common_.status == CHOLMOD_OK;
+    if (common_.status != CHOLMOD_OK) return false;
+    solves_ = factor_;
+    return true;
   }
   Eigen::VectorXd Solve(const Eigen::VectorXd& b) override {
     cholmod_dense right = {};
@@ -87,38 +86,44 @@ class Cholmod : public SparseCholesky {
     right.x = const_cast<double*>(b.data());
     right.xtype = CHOLMOD_REAL;
     right.dtype = CHOLMOD_DOUBLE;
-    cholmod_dense* x = cholmod_solve(CHOLMOD_A, factor_, &right, &common_);
+    cholmod_dense* x = cholmod_solve(CHOLMOD_A, solves_, &right, &common_);
     CHECK(x != nullptr) << "CHOLMOD's solve failed, status " << common_.status;
     const Eigen::VectorXd result =
         Eigen::Map<const Eigen::VectorXd>(static_cast<double*>(x->x), b.size());
     cholmod_free_dense(&x, &common_);
     return result;
   }
-  int CountNegativeEigenvalues(const Eigen::SparseMatrix<double>& lower) override {
+  int FactorizeIndefinite(const Eigen::SparseMatrix<double>& lower) override {
     cholmod_sparse matrix = View(lower, -1);
     const int supernodal = common_.supernodal;
     common_.supernodal = CHOLMOD_SIMPLICIAL;
     common_.final_ll = 0;
-    cholmod_factor* factor = cholmod_analyze(&matrix, &common_);
-    CHECK(factor != nullptr) << "CHOLMOD's analysis failed, status " << common_.status;
-    cholmod_factorize(&matrix, factor, &common_);
-    int negative = common_.status == CHOLMOD_OK ? 0 : -1;
-    if (negative == 0) {
-      const auto* const p = static_cast<const int*>(factor->p);
-      const auto* const x = static_cast<const double*>(factor->x);
-      for (size_t j = 0; j < factor->n; ++j) {
-        if (x[p[j]] < 0.0) ++negative;  // D stands on the diagonal of L.
-      }
-    }
-    cholmod_free_factor(&factor, &common_);
+    if (indefinite_ == nullptr) indefinite_ = cholmod_analyze(&matrix, &common_);
+    CHECK(indefinite_ != nullptr) << "CHOLMOD's analysis failed, status " << common_.status;
+    cholmod_factorize(&matrix, indefinite_, &common_);
     common_.supernodal = supernodal;
-    common_.status = CHOLMOD_OK;
+    if (common_.status != CHOLMOD_OK) return -1;
+    solves_ = indefinite_;
+    const auto* const p = static_cast<const int*>(indefinite_->p);
+    const auto* const x = static_cast<const double*>(indefinite_->x);
+    int negative = 0;
+    for (size_t j = 0; j < indefinite_->n; ++j) {
+      if (x[p[j]] < 0.0) ++negative;  // D stands on the diagonal of L.
+    }
     return negative;
   }
 
  private:
+  void Free() {
+    if (factor_ != nullptr) cholmod_free_factor(&factor_, &common_);
+    if (indefinite_ != nullptr) cholmod_free_factor(&indefinite_, &common_);
+    solves_ = nullptr;
+  }
+
   cholmod_common common_;
-  cholmod_factor* factor_ = nullptr;
+  cholmod_factor* factor_ = nullptr;      // L L^T, supernodal where that pays
+  cholmod_factor* indefinite_ = nullptr;  // L D L^T
+  cholmod_factor* solves_ = nullptr;      // the last of them that succeeded
 };
 #endif
 

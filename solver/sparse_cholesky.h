@@ -29,13 +29,12 @@ class SparseCholesky {
   // A of the analysed pattern = L L^T. False where A is not positive definite.
   virtual bool Factorize(const Eigen::SparseMatrix<double>& lower) = 0;
 
-  // x = A^-1 b with the last successful factor.
-  virtual Eigen::VectorXd Solve(const Eigen::VectorXd& b) = 0;
+  // A = L D L^T without pivoting, D of either sign. Slower than Factorize. Returns the number of
+  // negative eigenvalues (Sylvester's law of inertia), or -1 where a pivot vanishes.
+  virtual int FactorizeIndefinite(const Eigen::SparseMatrix<double>& lower) = 0;
 
-  // Number of negative eigenvalues of an indefinite A of the analysed pattern, by L D L^T without
-  // pivoting and Sylvester's law of inertia; -1 where a pivot vanishes. Leaves the factor alone.
-  // Slower than Factorize.
-  virtual int CountNegativeEigenvalues(const Eigen::SparseMatrix<double>& lower) = 0;
+  // x = A^-1 b with the last successful factor of either kind.
+  virtual Eigen::VectorXd Solve(const Eigen::VectorXd& b) = 0;
 };
 
 // A fill-reducing order of the vertices of a graph: order[k] is the vertex eliminated k-th.

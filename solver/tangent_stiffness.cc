@@ -371,24 +371,96 @@ bool TangentStiffness::Evaluate(const Request& request) {
   });
   if (std::find(defined.begin(), defined.end(), 0) != defined.end()) return false;
 
-  if (request.stresses != nullptr) request.stresses->swap(stresses);
-  if (request.energy != nullptr) {
-    double energy =
-        problem_.SupportEnergy() - problem_.force().cwiseProduct(problem_.displacements()).sum();
-    for (const Workspace& work : workspaces_) energy += work.energy;
-    *request.energy = energy;
-  }
-  if (request.gradient != nullptr) {
-    Eigen::Matrix3Xd gradient = problem_.SupportGradient() - problem_.force();
-    for (const Workspace& work : workspaces_) gradient += work.gradient;
-    *request.gradient = Reduce(gradient);
-  }
+  Eigen::Matrix3Xd force;
   if (request.matrix) {
     Eigen::Map<Eigen::VectorXd> values(matrix_.valuePtr(), matrix_.nonZeros());
     values = support_values_;
     for (const Workspace& work : workspaces_) values += work.values;
   }
+  if ((request.gradient != nullptr || request.matrix) &&
+      !AddFollowerForces(request.matrix ? request.stress_factor : 0.0, &force)) {
+    return false;
+  }
+  if (request.stresses != nullptr) request.stresses->swap(stresses);
+  if (request.energy != nullptr) {
+    double energy = problem_.SupportEnergy() -
+                    problem_.DeadForce().cwiseProduct(problem_.displacements()).sum();
+    for (const Workspace& work : workspaces_) energy += work.energy;
+    *request.energy = energy;
+  }
+  if (request.gradient != nullptr) {
+    Eigen::Matrix3Xd gradient = problem_.SupportGradient() - problem_.DeadForce() - force;
+    for (const Workspace& work : workspaces_) gradient += work.gradient;
+    *request.gradient = Reduce(gradient);
+  }
   return true;
+}
+
+template <typename Use>
+bool TangentStiffness::ForEachFollower(bool with_stiffness, const Use& use) const {
+  Eigen::Matrix3Xd part;
+  Eigen::MatrixXd stiffness;
+  std::vector<const double*> blocks;
+  for (const ShellProblem::PlacedForce& placed : problem_.follower_forces()) {
+    blocks.clear();
+    for (const int v : problem_.surface().control_vertices(placed.element)) {
+      blocks.push_back(problem_.displacements().col(v).data());
+    }
+    if (!placed.force->Linearise(blocks.data(), &part, with_stiffness ? &stiffness : nullptr)) {
+      return false;
+    }
+    use(placed.element, part, stiffness);
+  }
+  return true;
+}
+
+bool TangentStiffness::AddFollowerForces(double stiffness_factor, Eigen::Matrix3Xd* force) {
+  *force = Eigen::Matrix3Xd::Zero(3, block_of_vertex_.size());
+  const bool matrix = stiffness_factor != 0.0;
+  return ForEachFollower(matrix, [&](int element, const auto& part, const auto& stiffness) {
+    const std::vector<int>& vertices = problem_.surface().control_vertices(element);
+    for (size_t i = 0; i < vertices.size(); ++i) force->col(vertices[i]) += part.col(i);
+    if (!matrix) return;
+    const int* slot = element_slots_.data() + element_slot_begin_[element];
+    for (size_t j = 0; j < vertices.size(); ++j) {
+      for (size_t i = j; i < vertices.size(); ++i, ++slot) {
+        if (*slot == 0) continue;
+        const Eigen::Matrix3d symmetric =
+            0.5 * stiffness_factor *
+            (stiffness.template block<3, 3>(3 * i, 3 * j) +
+             stiffness.template block<3, 3>(3 * j, 3 * i).transpose());
+        const Eigen::MatrixXd block = basis_.transpose() * symmetric * basis_;
+        if (*slot > 0) {
+          AddBlock(*slot - 1, block_of_vertex_[vertices[j]], block, matrix_.valuePtr());
+        } else {
+          AddBlock(-*slot - 1,
+                   block_of_vertex_[vertices[i]],
+                   Eigen::MatrixXd(block.transpose()),
+                   matrix_.valuePtr());
+        }
+      }
+    }
+  });
+}
+
+bool TangentStiffness::FollowerForces(Eigen::Matrix3Xd* force) const {
+  *force = Eigen::Matrix3Xd::Zero(3, block_of_vertex_.size());
+  return ForEachFollower(false, [&](int element, const auto& part, const auto&) {
+    const std::vector<int>& vertices = problem_.surface().control_vertices(element);
+    for (size_t i = 0; i < vertices.size(); ++i) force->col(vertices[i]) += part.col(i);
+  });
+}
+
+Eigen::VectorXd TangentStiffness::ExternalGradient() const {
+  Eigen::Matrix3Xd force;
+  CHECK(FollowerForces(&force));
+  return Reduce(problem_.SupportGradient() - problem_.DeadForce() - force);
+}
+
+double TangentStiffness::ForceScale() const {
+  Eigen::Matrix3Xd force;
+  if (!FollowerForces(&force)) force.setZero();
+  return Reduce(problem_.SupportGradient()).norm() + Reduce(problem_.DeadForce() + force).norm();
 }
 
 void TangentStiffness::LinearisedStresses(const Eigen::VectorXd& step,
@@ -416,6 +488,31 @@ void TangentStiffness::LinearisedStresses(const Eigen::VectorXd& step,
       }
     }
   });
+}
+
+double TangentStiffness::LargestRotation(const Eigen::VectorXd& step) const {
+  const Eigen::Matrix3Xd change = Expand(step);
+  const ShellSurface& surface = problem_.surface();
+  std::vector<double> largest(num_threads_, 0.0);
+  ParallelFor(num_threads_, surface.num_elements(), [&](int thread, int begin, int end) {
+    for (int e = begin; e < end; ++e) {
+      const std::vector<int>& vertices = surface.control_vertices(e);
+      const StrainPoint& point = problem_.strain_points()[e]->front();
+      Eigen::Vector3d x1 = point.t1, x2 = point.t2, d1 = Eigen::Vector3d::Zero(), d2 = d1;
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        const auto u = problem_.displacements().col(vertices[i]);
+        x1 += point.weights(kRowD1, i) * u;
+        x2 += point.weights(kRowD2, i) * u;
+        d1 += point.weights(kRowD1, i) * change.col(vertices[i]);
+        d2 += point.weights(kRowD2, i) * change.col(vertices[i]);
+      }
+      const Eigen::Vector3d normal = x1.cross(x2).normalized();
+      largest[thread] = std::max({largest[thread],
+                                  std::abs(normal.dot(d1)) / x1.norm(),
+                                  std::abs(normal.dot(d2)) / x2.norm()});
+    }
+  });
+  return *std::max_element(largest.begin(), largest.end());
 }
 
 Eigen::Matrix3Xd TangentStiffness::Expand(const Eigen::VectorXd& x) const {

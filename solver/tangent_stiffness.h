@@ -31,22 +31,35 @@ class TangentStiffness {
 
   // What Evaluate is to compute; null where it is not wanted.
   struct Request {
-    // Strain energy + springs and multipliers of supports + loads.
+    // Strain energy + springs and multipliers of supports - work of dead forces. Forces that follow
+    // the deformation have no part in it, because they need not have an energy.
     double* energy = nullptr;
     Eigen::VectorXd* gradient = nullptr;
     StressField* stresses = nullptr;  // of the present strains
-    // K = sum of B^T C B + springs, in matrix(); with the stress stiffness of *initial_stresses
-    // (times stress_factor) where that is given.
+    // K = sum of B^T C B + springs, in matrix(), and times stress_factor minus the derivative of
+    // forces that follow and the stress stiffness of *initial_stresses, where that is given.
     bool matrix = false;
     const StressField* initial_stresses = nullptr;
     double stress_factor = 1.0;
   };
-  // At the problem's present displacements, load factor and multipliers. False where a strain is
-  // undefined; then nothing is set.
+  // At the problem's present displacements, load factor and multipliers. False where a strain or a
+  // force is undefined; then nothing is set. Of a force without potential the matrix has the
+  // symmetric part.
   bool Evaluate(const Request& request);
+
+  // The part of the gradient that depends on the load factor, and linearly so: supports, dead
+  // forces and forces that follow. Precondition: Evaluate succeeds here.
+  Eigen::VectorXd ExternalGradient() const;
+  // Sizes of the forces of the supports and of the loads (N / force_unit): the scale that a
+  // gradient is measured against.
+  double ForceScale() const;
 
   // Stresses that the linearised strains take on when the unknowns change by `step`.
   void LinearisedStresses(const Eigen::VectorXd& step, StressField* stresses) const;
+
+  // The largest angle, rad to first order, that the normal turns by when the unknowns change by
+  // `step`: over the elements, at one point of each.
+  double LargestRotation(const Eigen::VectorXd& step) const;
 
   // Lower triangle of the matrix made by the last Evaluate that asked for it.
   const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
@@ -61,6 +74,12 @@ class TangentStiffness {
   void BuildPattern(SparseBackend backend);
   // Where the block of two control vertices begins in a column of the matrix, see BuildPattern.
   int Slot(int row_block, int column_block) const;
+  // The forces that follow; adds minus their derivative times a factor to the matrix.
+  bool AddFollowerForces(double stiffness_factor, Eigen::Matrix3Xd* force);
+  bool FollowerForces(Eigen::Matrix3Xd* force) const;
+  // Calls use(element, force, stiffness) for each of them.
+  template <typename Use>
+  bool ForEachFollower(bool with_stiffness, const Use& use) const;
   template <typename Block>
   void AddBlock(int slot_entry, int column_block, const Block& block, double* values) const;
 

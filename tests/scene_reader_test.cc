@@ -420,7 +420,7 @@ TEST(SceneReaderTest, MistakesInAliasesAreReportedWhereTheyAreUsed) {
 // ---- Mistakes --------------------------------------------------------------------------------
 
 constexpr char kRootKeys[] =
-    "name | surface | shell | model | supports | loads | steps | probes | expect";
+    "name | surface | shell | model | supports | loads | steps | path | probes | expect";
 constexpr char kSurfaceKinds[] =
     "plane | cylinder | sphere | ellipsoid | torus | monkey_saddle | expression";
 constexpr char kLoadKinds[] =
@@ -912,17 +912,9 @@ std::vector<Mistake> Mistakes() {
        Edit("theory: linear", "teory: linear"),
        "17: model.teory: found an unknown key; allowed minimizer | theory | strains | "
        "quadrature | boundary_rule | accuracy; did you mean 'theory'?"},
-      {"MinimizerMip",
-       Edit("minimizer: ceres", "minimizer: mip"),
-       "16: model.minimizer: found 'mip', which is not part of this version; allowed "
-       "auto | ceres"},
-      {"MinimizerCg",
-       Edit("minimizer: ceres", "minimizer: cg"),
-       "16: model.minimizer: found 'cg', which is not part of this version; allowed "
-       "auto | ceres"},
       {"MinimizerTypo",
        Edit("minimizer: ceres", "minimizer: cere"),
-       "16: model.minimizer: found 'cere'; allowed auto | ceres; did you mean 'ceres'?"},
+       "16: model.minimizer: found 'cere'; allowed auto | mip | ceres | cg; did you mean 'ceres'?"},
       {"Theory",
        Edit("theory: linear", "theory: non_linear"),
        "17: model.theory: found 'non_linear'; allowed auto | linear | nonlinear; did "
@@ -1140,6 +1132,43 @@ std::vector<Mistake> Mistakes() {
        Edit("density: 0.1", "density: 0"),
        "35: loads[6].kind: found gravity with shell.density 0; allowed gravity only "
        "with shell.density > 0"},
+      {"PathControl",
+       Minimal("path: {control: arclength}\n"),
+       "4: path.control: found 'arclength'; allowed load | displacement | arc_length; did you mean "
+       "'arc_length'?"},
+      {"PathNoControl",
+       Minimal("path: {max_steps: 3}\n"),
+       "4: path.control: found no such key, which is required; allowed load | displacement | "
+       "arc_length"},
+      {"PathText",
+       Minimal("path: arc_length\n"),
+       "4: path: found 'arc_length'; allowed a map with control"},
+      {"PathOfTheLinearTheory",
+       Edit("steps: 4", "path: {control: arc_length}"),
+       "36: path.control: found 'arc_length' with theory: linear; allowed theory: nonlinear | "
+       "auto, "
+       "as the linear theory has no path to follow"},
+      {"PathLoadKey",
+       Minimal("path: {control: load, to: 3}\n"),
+       "4: path.to: found an unknown key; allowed control"},
+      {"PathMaxSteps",
+       Minimal("path: {control: arc_length, max_steps: 0}\n"),
+       "4: path.max_steps: found 0; allowed an integer from 1 to 100000"},
+      {"PathProbe",
+       Minimal("probes: [{name: tip, at: {uv: [1, 1]}}]\n"
+               "path: {control: displacement, probe: tap, component: z, to: 1}\n"),
+       "5: path.probe: found the probe 'tap'; allowed tip; did you mean 'tip'?"},
+      {"PathNoProbes",
+       Minimal("path: {control: displacement, probe: tip, component: z, to: 1}\n"),
+       "4: path.probe: found the probe 'tip'; allowed no probes, as the scene has none"},
+      {"PathComponent",
+       Minimal("probes: [{name: tip, at: {uv: [1, 1]}}]\n"
+               "path: {control: displacement, probe: tip, component: w, to: 1}\n"),
+       "5: path.component: found 'w'; allowed x | y | z"},
+      {"PathTo",
+       Minimal("probes: [{name: tip, at: {uv: [1, 1]}}]\n"
+               "path: {control: displacement, probe: tip, component: z, to: 0}\n"),
+       "5: path.to: found 0; allowed a number other than 0"},
       {"StepsZero",
        Edit("steps: 4", "steps: 0"),
        "36: steps: found 0; allowed an integer from 1 to 100000"},
@@ -1423,9 +1452,8 @@ INSTANTIATE_TEST_SUITE_P(
                         "'linear'?"},
         OverrideMistake{{{}, "sanders", {}, {}, {}},
                         "--strains: found 'sanders'; allowed koiter | seed"},
-        OverrideMistake{{{}, {}, "mip", {}, {}},
-                        "--minimizer: found 'mip', which is not part of this version; allowed auto "
-                        "| ceres"},
+        OverrideMistake{{{}, {}, "newton", {}, {}},
+                        "--minimizer: found 'newton'; allowed auto | mip | ceres | cg"},
         OverrideMistake{{{}, {}, {}, 7, {}},
                         "--quadrature: found 7; allowed 1, 3, 6 or 12 points per triangle"},
         Divisions("", "M,N with two integers > 0"),
@@ -1443,11 +1471,29 @@ INSTANTIATE_TEST_SUITE_P(
 
 // ---- Names -----------------------------------------------------------------------------------
 
+TEST(SceneReaderPathTest, PathIsRead) {
+  const Scene none = Parse(Minimal(""));
+  EXPECT_EQ(none.path.control, PathControl::kLoad);
+  const Scene arc = Parse(Minimal("path: {control: arc_length, max_steps: 40}\n"));
+  EXPECT_EQ(arc.path.control, PathControl::kArcLength);
+  EXPECT_EQ(arc.path.max_steps, 40);
+  const Scene displacement =
+      Parse(Minimal("path: {to: -0.5, control: displacement, component: y, probe: b}\n"
+                    "probes: [{name: a, at: {uv: [0, 0]}}, {name: b, at: {uv: [1, 1]}}]\n"));
+  EXPECT_EQ(displacement.path.control, PathControl::kDisplacement);
+  EXPECT_EQ(displacement.path.probe, 1);
+  EXPECT_EQ(displacement.path.component, 1);
+  EXPECT_EQ(displacement.path.to, -0.5);
+}
+
 TEST(SceneTest, EnumsHaveTheNamesOfTheFile) {
   EXPECT_STREQ(ToString(Minimizer::kAuto), "auto");
   EXPECT_STREQ(ToString(Minimizer::kMip), "mip");
   EXPECT_STREQ(ToString(Minimizer::kCeres), "ceres");
   EXPECT_STREQ(ToString(Minimizer::kCg), "cg");
+  EXPECT_STREQ(ToString(PathControl::kLoad), "load");
+  EXPECT_STREQ(ToString(PathControl::kDisplacement), "displacement");
+  EXPECT_STREQ(ToString(PathControl::kArcLength), "arc_length");
   EXPECT_STREQ(ToString(Theory::kAuto), "auto");
   EXPECT_STREQ(ToString(Theory::kLinear), "linear");
   EXPECT_STREQ(ToString(Theory::kNonlinear), "nonlinear");

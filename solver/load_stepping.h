@@ -1,0 +1,80 @@
+#ifndef DARBOUX_SOLVER_LOAD_STEPPING_H_
+#define DARBOUX_SOLVER_LOAD_STEPPING_H_
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "solver/minimisation.h"
+#include "solver/mixed_iteration.h"
+#include "solver/shell_problem.h"
+
+namespace darboux {
+
+// Takes a nonlinear problem from one load factor to the next: the mixed iteration with load steps
+// that it chooses and cuts back itself, then Ceres, which certifies the state or goes on by
+// descent. Keeps the last good state. Inside of the solver.
+class LoadStepping {
+ public:
+  struct Result {
+    bool converged = false;
+    int iterations = 0;
+    Equilibrium equilibrium;
+    std::string message;
+  };
+
+  // `decisions` gets one line for each choice. Both must outlive this.
+  LoadStepping(ShellProblem* problem,
+               const SolverOptions& options,
+               const Deadline& deadline,
+               std::vector<std::string>* decisions);
+
+  // To the given load factor. Not converged: the problem is left in the last good state, at its
+  // load factor, or where none is on the way, in the state that was nearest.
+  Result Advance(double factor);
+
+  // Where minimizer ceres starts from: a multiple of the linear theory's answer.
+  void SetLinearSolution(const Eigen::Matrix3Xd& displacements,
+                         const std::vector<double>& multipliers) {
+    linear_displacements_ = displacements;
+    linear_multipliers_ = multipliers;
+  }
+  // Control displacements to start from instead of rest. Where they lead to no equilibrium, or to
+  // one that is unstable or has more energy than the undeformed shell, that is noted, and the
+  // answer is what is found from rest.
+  void SetStart(const Eigen::Matrix3Xd& displacements) { start_ = displacements; }
+
+  // Load factor of the last good state.
+  double good_factor() const { return good_.factor; }
+  MixedIteration& mixed() { return *mixed_; }
+
+ private:
+  struct State {
+    double factor = 0.0;
+    Eigen::Matrix3Xd displacements;
+    std::vector<double> multipliers;
+    TangentStiffness::StressField stresses;
+  };
+  State Present() const;
+  void Restore(const State& state);
+  bool AdvanceMixed(double factor, Result* result);
+  bool AdvanceFromStart(double factor, Result* result);
+  Result AdvanceByConjugateGradients(double factor);
+  Result AdvanceByDescent(double factor);
+  void Note(const std::string& decision) { decisions_->push_back(decision); }
+
+  ShellProblem* problem_;
+  SolverOptions options_;
+  Deadline deadline_;
+  std::vector<std::string>* decisions_;
+  std::unique_ptr<MixedIteration> mixed_;
+  State good_;
+  Eigen::Matrix3Xd start_;
+  Eigen::Matrix3Xd linear_displacements_;
+  std::vector<double> linear_multipliers_;
+};
+
+}  // namespace darboux
+
+#endif  // DARBOUX_SOLVER_LOAD_STEPPING_H_

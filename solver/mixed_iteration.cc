@@ -1,0 +1,130 @@
+#include "solver/mixed_iteration.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace darboux {
+namespace {
+
+// Largest rotation of the surface in one step, rad, as its linear displacements have it: straight
+// displacements cannot follow a turn by much more. Without a limit a slit annulus takes 10
+// iterations and an open hemisphere 11, with one radian 9 and 11, with half of it 14 and 9; a strip
+// that an edge moment winds to a circle takes 17 with half a radian, and two circles 38, which are
+// not found with one radian.
+constexpr double kMaxRotation = 1.0;
+constexpr double kMaxRotationUnderMoments = 0.5;
+
+}  // namespace
+
+MixedIteration::MixedIteration(ShellProblem* problem, SparseBackend backend, int num_threads)
+    : problem_(problem),
+      tangent_(problem, backend, num_threads),
+      cholesky_(SparseCholesky::Create(backend)),
+      stresses_(tangent_.num_points(), TangentStiffness::Stress::Zero()) {}
+
+bool MixedIteration::SetStresses() {
+  TangentStiffness::Request request;
+  request.stresses = &stresses_;
+  return tangent_.Evaluate(request);
+}
+
+double MixedIteration::RelativeGradient(const Eigen::VectorXd& gradient) const {
+  const double scale = tangent_.ForceScale();
+  const double size = gradient.norm();
+  return scale > 0.0 ? size / scale : size;
+}
+
+int MixedIteration::Factorize() {
+  if (!analysed_) cholesky_->Analyze(tangent_.matrix());
+  analysed_ = true;
+  if (cholesky_->Factorize(tangent_.matrix())) return 0;
+  return cholesky_->FactorizeIndefinite(tangent_.matrix());
+}
+
+int MixedIteration::FactorizeHessian() {
+  if (!SetStresses()) return -1;
+  TangentStiffness::Request request;
+  request.matrix = true;
+  request.initial_stresses = &stresses_;
+  return tangent_.Evaluate(request) ? Factorize() : -1;
+}
+
+MixedIteration::Summary MixedIteration::Solve(const Options& options) {
+  Summary summary;
+  Eigen::VectorXd gradient;
+  TangentStiffness::Request first, again;
+  first.gradient = &gradient;
+  first.matrix = again.matrix = true;
+  first.initial_stresses = again.initial_stresses = &stresses_;
+  Eigen::VectorXd step;
+  // A step into a state whose strains are undefined is halved, this often at most.
+  constexpr int kMaxHalvings = 10;
+  int halvings = 0;
+  while (true) {
+    if (!tangent_.Evaluate(first)) {
+      if (summary.iterations == 0 || halvings >= kMaxHalvings) {
+        summary.message = "the strains are undefined";
+        return summary;
+      }
+      ++halvings;
+      step *= 0.5;
+      problem_->displacements() -= tangent_.Expand(step);
+      continue;
+    }
+    halvings = 0;
+    summary.relative_gradient = RelativeGradient(gradient);
+    if (!std::isfinite(summary.relative_gradient)) {
+      summary.message = "the iteration diverged";
+      return summary;
+    }
+    if (summary.relative_gradient <= options.gradient_tolerance) {
+      summary.converged = true;
+      return summary;
+    }
+    if (options.stop && options.stop()) {
+      summary.stopped = true;
+      summary.message = "stopped";
+      return summary;
+    }
+    if (summary.iterations >= options.max_iterations) {
+      std::ostringstream text;
+      text << "relative gradient " << summary.relative_gradient << " after " << summary.iterations
+           << " mixed iterations";
+      summary.message = text.str();
+      return summary;
+    }
+    ++summary.iterations;
+
+    if (!analysed_) cholesky_->Analyze(tangent_.matrix());
+    analysed_ = true;
+    ++summary.factorisations;
+    bool factorised = cholesky_->Factorize(tangent_.matrix());
+    if (!factorised) ++summary.scaled;
+    for (const double factor : {0.5, 0.25, 0.125, 0.0}) {
+      if (factorised) break;
+      again.stress_factor = factor;
+      if (!tangent_.Evaluate(again)) break;
+      ++summary.factorisations;
+      factorised = cholesky_->Factorize(tangent_.matrix());
+    }
+    if (!factorised) {
+      summary.message = "the stiffness matrix is singular or nearly so";
+      return summary;
+    }
+    step = cholesky_->Solve(-gradient);
+    tangent_.LinearisedStresses(step, &stresses_);
+    // Stresses are those of the whole step also where the displacements take part of it: they
+    // balance the loads, while those of a part would keep what the last steps have stretched too
+    // far, and its stiffness with it.
+    const double limit = problem_->has_moments() ? kMaxRotationUnderMoments : kMaxRotation;
+    const double rotation = tangent_.LargestRotation(step);
+    if (rotation > limit) {
+      step *= limit / rotation;
+      ++summary.limited;
+    }
+    problem_->displacements() += tangent_.Expand(step);
+    problem_->UpdateMultipliers();
+  }
+}
+
+}  // namespace darboux

@@ -1,0 +1,77 @@
+#ifndef DARBOUX_SOLVER_MIXED_ITERATION_H_
+#define DARBOUX_SOLVER_MIXED_ITERATION_H_
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "solver/shell_problem.h"
+#include "solver/sparse_cholesky.h"
+#include "solver/tangent_stiffness.h"
+
+namespace darboux {
+
+// Newton's method with stresses that are unknowns of their own ("mixed integration points";
+// Magisano, Leonetti, Garcea, 2017). With r the strain residuals and sigma a stress per quadrature
+// point,
+//
+//   K = J^T J + S(sigma),   K du = -gradient(u),   sigma <- C (e(u) + B du),   u <- u + du
+//
+// The converged states are those of the plain method, but on the way the stress stiffness feels
+// the stress of the linearised strains, not that of a bent shell stretched by its own straight
+// step: the number of iterations is nearly independent of the thickness. Steps that turn the
+// surface too far are cut. Where K is not positive definite, S is halved down to nothing. Not a
+// descent method: what it finds is checked by the caller.
+class MixedIteration {
+ public:
+  struct Options {
+    int max_iterations = 40;
+    double gradient_tolerance = 1e-7;  // of |gradient|, relative to |supports| + |loads|
+    std::function<bool()> stop;        // asked once an iteration
+  };
+  struct Summary {
+    bool converged = false;
+    bool stopped = false;
+    int iterations = 0;
+    int factorisations = 0;
+    int limited = 0;  // iterations whose step was cut to one radian of rotation
+    int scaled = 0;   // iterations whose stress stiffness had to be scaled down
+    double relative_gradient = -1.0;
+    std::string message;
+  };
+
+  // Moves the problem's displacements and multipliers. *problem must outlive this.
+  MixedIteration(ShellProblem* problem, SparseBackend backend, int num_threads);
+
+  // At the problem's present load factor, from its present displacements and from stresses().
+  Summary Solve(const Options& options);
+
+  // Independent stresses: kept from one Solve to the next. Zero: the first iteration is linear.
+  TangentStiffness::StressField& stresses() { return stresses_; }
+  // Those of the present strains.
+  bool SetStresses();
+
+  // Factorises the true Hessian of the present state, of forces without potential its symmetric
+  // part; cholesky() solves with it from then on. Returns the number of negative eigenvalues, zero
+  // where the state is stable; -1 where the matrix is singular.
+  int FactorizeHessian();
+
+  // Factorises the matrix that tangent() evaluated last: the number of negative eigenvalues, or -1.
+  int Factorize();
+
+  TangentStiffness& tangent() { return tangent_; }
+  SparseCholesky& cholesky() { return *cholesky_; }
+  // |gradient| relative to the forces, in the present state.
+  double RelativeGradient(const Eigen::VectorXd& gradient) const;
+
+ private:
+  ShellProblem* problem_;
+  TangentStiffness tangent_;
+  std::unique_ptr<SparseCholesky> cholesky_;
+  TangentStiffness::StressField stresses_;
+  bool analysed_ = false;
+};
+
+}  // namespace darboux
+
+#endif  // DARBOUX_SOLVER_MIXED_ITERATION_H_
