@@ -1,6 +1,8 @@
 #include "solver/load_stepping.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <sstream>
 
 namespace darboux {
@@ -120,6 +122,41 @@ bool LoadStepping::AdvanceFromStart(double factor, Result* result) {
     Restore(rest);
   }
   return accepted;
+}
+
+LoadStepping::Result LoadStepping::LeaveUnstable(const Eigen::Matrix3Xd& mode) {
+  const State unstable = good_;
+  // Within the range of the quadratic model, far beyond its rounding.
+  const double push = 0.1 * problem_->material().thickness;
+  Result best;
+  double lowest = std::numeric_limits<double>::infinity();
+  int iterations = 0;
+  for (const double sign : {1.0, -1.0}) {
+    Restore(unstable);
+    problem_->displacements() += sign * push * mode;
+    Result result;
+    result.converged = Descend(
+        problem_, options_, deadline_, &result.iterations, &result.equilibrium, &result.message);
+    iterations += result.iterations;
+    double energy = 0.0;
+    for (int e = 0; e < kNumEffects; ++e) energy += problem_->Energy(static_cast<Effect>(e));
+    std::ostringstream line;
+    line << "left an unstable state " << (sign > 0.0 ? "along" : "against")
+         << " its mode: " << result.iterations << " iterations, energy " << energy;
+    Note(line.str());
+    // Two branches of one energy are mirror images: the first is as good as the second.
+    const bool lower = energy < lowest - 1e-9 * std::abs(energy);
+    if (!std::isfinite(lowest) || (result.converged && (!best.converged || lower))) {
+      best = result;
+      lowest = energy;
+      mixed_->SetStresses();
+      good_ = Present();
+    }
+  }
+  Restore(good_);
+  mixed_->SetStresses();
+  best.iterations = iterations;
+  return best;
 }
 
 LoadStepping::Result LoadStepping::AdvanceByDescent(double factor) {

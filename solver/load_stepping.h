@@ -45,6 +45,10 @@ class LoadStepping {
   // answer is what is found from rest.
   void SetStart(const Eigen::Matrix3Xd& displacements) { start_ = displacements; }
 
+  // From an unstable equilibrium, which must be the last good state: pushed a little along the
+  // mode, either way, and down in energy by Ceres. The lower of the two is the new good state.
+  Result LeaveUnstable(const Eigen::Matrix3Xd& mode);
+
   // Load factor of the last good state.
   double good_factor() const { return good_.factor; }
   MixedIteration& mixed() { return *mixed_; }

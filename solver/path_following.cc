@@ -95,7 +95,9 @@ void PathFollowing::Report(const State& state,
   Point point;
   point.factor = state.factor;
   point.iterations = iterations;
-  point.negative_modes = state.negative_modes;
+  // A stable state needs no mode: its Hessian has just been factorised.
+  point.stability.negative_modes = state.negative_modes;
+  if (state.negative_modes > 0) point.stability = CheckStability(&mixed_);
   point.limit_point = limit;
   point.relative_gradient = relative_gradient_;
   on_point(point);

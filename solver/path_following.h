@@ -10,6 +10,7 @@
 #include "solver/mixed_iteration.h"
 #include "solver/scene.h"
 #include "solver/shell_problem.h"
+#include "solver/stability.h"
 
 namespace darboux {
 
@@ -26,7 +27,7 @@ class PathFollowing {
   struct Point {
     double factor = 0.0;
     int iterations = 0;
-    int negative_modes = 0;    // of the Hessian; -1 where it is singular
+    Stability stability;
     bool limit_point = false;  // the load factor has an extremum here
     double relative_gradient = 0.0;
   };

@@ -224,7 +224,9 @@ class StateWriter {
   }
 
   // The contents of a .vtu file. Adds the number of values that are not finite.
+  // mode: written as lowest_mode where it is not empty.
   std::string Vtu(const Eigen::Matrix3Xd& displacements,
+                  const Eigen::Matrix3Xd& mode,
                   double time,
                   size_t* num_not_finite) const {
     const size_t n = sites_.size();
@@ -238,6 +240,7 @@ class StateWriter {
     PointArray energy("energy_density", {}, n);
     PointArray membrane_energy("membrane_energy_density", {}, n);
     PointArray bending_energy("bending_energy_density", {}, n);
+    PointArray lowest_mode("lowest_mode", xyz, n);
     for (const FieldSite& site : sites_) {
       const ShellFields fields = EvaluateFields(problem_, displacements, site);
       displacement.Add(fields.displacement);
@@ -252,8 +255,16 @@ class StateWriter {
       energy.Add(fields.membrane_energy_density + fields.bending_energy_density);
       membrane_energy.Add(fields.membrane_energy_density);
       bending_energy.Add(fields.bending_energy_density);
+      if (mode.size() == 0) continue;
+      const auto& vertices = problem_.surface().control_vertices(site.element);
+      Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        moved += site.point.weights(kRowValue, i) * mode.col(vertices[i]);
+      }
+      lowest_mode.Add(moved);
     }
     std::string arrays;
+    if (mode.size() > 0) arrays += lowest_mode.ToXml();
     for (const PointArray* array : {&displacement,
                                     &normal,
                                     &membrane_strain,
@@ -313,13 +324,16 @@ class StateWriter {
   std::string geometry_, rest_fields_;
 };
 
-std::string Pvd(const SolverSummary& summary) {
+std::string Pvd(const Scene& scene, const SolverSummary& summary) {
   std::string text =
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"" +
       std::string(IsLittleEndian() ? "LittleEndian" : "BigEndian") + "\">\n<Collection>\n";
+  // Time is the load factor, or along a path, where that turns back, the number of the point.
+  const bool path = scene.path.control != PathControl::kLoad;
   for (size_t i = 0; i < summary.steps.size(); ++i) {
-    text += "<DataSet timestep=\"" + FormatNumber(summary.steps[i].factor) +
-            "\" group=\"\" part=\"0\" file=\"" + StepName(static_cast<int>(i) + 1) + "\"/>\n";
+    const double time = path ? static_cast<double>(i + 1) : summary.steps[i].factor;
+    text += "<DataSet timestep=\"" + FormatNumber(time) + "\" group=\"\" part=\"0\" file=\"" +
+            StepName(static_cast<int>(i) + 1) + "\"/>\n";
   }
   return text + "</Collection>\n</VTKFile>\n";
 }
@@ -564,15 +578,15 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
   Json limits = Json::array();
   Json& steps = json["load_steps"] = Json::array();
   for (const LoadStep& step : summary.steps) {
-    steps.push_back(
-        {{"factor", step.factor},
-         {"iterations", step.iterations},
-         {"converged", step.converged},
-         {"energy", step.energy},
-         {"relative_gradient", step.relative_gradient},
-         {"max_displacement", step.max_displacement},
-         {"negative_modes", step.negative_modes ? Json(*step.negative_modes) : Json(nullptr)},
-         {"limit_point", step.limit_point}});
+    steps.push_back({{"factor", step.factor},
+                     {"iterations", step.iterations},
+                     {"converged", step.converged},
+                     {"energy", step.energy},
+                     {"relative_gradient", step.relative_gradient},
+                     {"max_displacement", step.max_displacement},
+                     {"negative_modes", nullptr},
+                     {"limit_point", step.limit_point}});
+    if (step.negative_modes) steps.back()["negative_modes"] = *step.negative_modes;
     if (!step.limit_point) continue;
     Json limit = {{"factor", step.factor}, {"energy", step.energy}, {"probes", Json::object()}};
     for (size_t i = 0; i < scene.probes.size(); ++i) {
@@ -582,9 +596,12 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
     limits.push_back(std::move(limit));
   }
   json["limit_points"] = limits;
-  const std::optional<int> modes =
-      summary.steps.empty() ? std::nullopt : summary.steps.back().negative_modes;
-  json["stability"] = {{"negative_modes", modes ? Json(*modes) : Json(nullptr)}};
+  Json& stability = json["stability"] = {{"negative_modes", nullptr}, {"softness", nullptr}};
+  if (!summary.steps.empty()) {
+    const LoadStep& last = summary.steps.back();
+    if (last.negative_modes) stability["negative_modes"] = *last.negative_modes;
+    if (last.softness) stability["softness"] = *last.softness;
+  }
   json["free_motions"] = summary.free_motions;
   json["decisions"] = summary.decisions;
   if (accuracy != nullptr) json["accuracy"] = ToJson(*accuracy);
@@ -648,15 +665,16 @@ bool WriteResults(const std::string& folder,
   std::string final_vtu;
   for (size_t i = 0; i < summary.steps.size(); ++i) {
     const LoadStep& step = summary.steps[i];
-    std::string vtu = writer.Vtu(step.displacements, step.factor, &num_not_finite);
+    std::string vtu = writer.Vtu(step.displacements, step.mode, step.factor, &num_not_finite);
     if (!files.Add(StepName(static_cast<int>(i) + 1), vtu, error)) return false;
     if (step.displacements.allFinite()) {
       final_state = &step.displacements;
       final_vtu = std::move(vtu);
     }
   }
-  if (final_state == &rest) final_vtu = writer.Vtu(rest, 0.0, &num_not_finite);
-  if (!files.Add("shell.vtu", final_vtu, error) || !files.Add("shell.pvd", Pvd(summary), error) ||
+  if (final_state == &rest) final_vtu = writer.Vtu(rest, Eigen::Matrix3Xd(), 0.0, &num_not_finite);
+  if (!files.Add("shell.vtu", final_vtu, error) ||
+      !files.Add("shell.pvd", Pvd(scene, summary), error) ||
       !files.Add("deformed.ply", writer.Ply(*final_state), error) ||
       !files.Add("history.csv", History(scene, summary), error)) {
     return false;

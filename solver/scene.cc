@@ -60,4 +60,8 @@ const char* ToString(BoundaryRule rule) {
   return "unknown";
 }
 
+const char* ToString(Unstable unstable) {
+  return unstable == Unstable::kReport ? "report" : "leave";
+}
+
 }  // namespace darboux

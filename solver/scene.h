@@ -54,6 +54,11 @@ enum class Minimizer { kAuto, kMip, kCeres, kCg };
 enum class Theory { kAuto, kLinear, kNonlinear };
 enum class Strains { kKoiter, kSeed };
 enum class BoundaryRule { kIndependent, kSeedGhosts };
+// What happens to an equilibrium that is no minimum of the energy.
+enum class Unstable {
+  kReport,  // it is the answer, and said to be unstable
+  kLeave    // pushed along its lowest mode, either way, it goes down to a stable one
+};
 
 struct ModelSpec {
   Minimizer minimizer = Minimizer::kAuto;
@@ -61,6 +66,7 @@ struct ModelSpec {
   Strains strains = Strains::kKoiter;
   int quadrature = 3;  // points per triangle: 1, 3, 6, 12
   BoundaryRule boundary_rule = BoundaryRule::kIndependent;
+  Unstable unstable = Unstable::kReport;
   std::optional<double> accuracy;  // target relative error of the probes
 };
 
@@ -162,6 +168,7 @@ const char* ToString(PathControl control);
 const char* ToString(Theory theory);
 const char* ToString(Strains strains);
 const char* ToString(BoundaryRule rule);
+const char* ToString(Unstable unstable);
 
 }  // namespace darboux
 

@@ -32,6 +32,7 @@ struct Options {
 Options<Minimizer> Minimizers() {
   return {{Minimizer::kAuto, Minimizer::kMip, Minimizer::kCeres, Minimizer::kCg}, {}};
 }
+Options<Unstable> UnstableChoices() { return {{Unstable::kReport, Unstable::kLeave}, {}}; }
 Options<PathControl> PathControls() {
   return {{PathControl::kLoad, PathControl::kDisplacement, PathControl::kArcLength}, {}};
 }
@@ -231,9 +232,14 @@ bool SceneParser::ReadShell(const YamlField& field) {
 bool SceneParser::ReadModel(const YamlField& field) {
   ModelSpec& model = scene_.model;
   YamlMap map;
-  if (!OpenMap(field, "a map", &map) ||
-      !CheckKeys(map,
-                 {"minimizer", "theory", "strains", "quadrature", "boundary_rule", "accuracy"})) {
+  if (!OpenMap(field, "a map", &map) || !CheckKeys(map,
+                                                   {"minimizer",
+                                                    "theory",
+                                                    "strains",
+                                                    "quadrature",
+                                                    "boundary_rule",
+                                                    "unstable",
+                                                    "accuracy"})) {
     return false;
   }
   for (const auto& [key, entry] : map.entries) {
@@ -246,6 +252,8 @@ bool SceneParser::ReadModel(const YamlField& field) {
       valid = ReadOption(entry, StrainMeasures(), &model.strains);
     } else if (key == "boundary_rule") {
       valid = ReadOption(entry, BoundaryRules(), &model.boundary_rule);
+    } else if (key == "unstable") {
+      valid = ReadOption(entry, UnstableChoices(), &model.unstable);
     } else if (key == "quadrature") {
       valid = ReadInteger(entry, kQuadratureAllowed, &model.quadrature) &&
               (IsQuadrature(model.quadrature) || Fail(entry, Describe(entry), kQuadratureAllowed));

@@ -15,6 +15,7 @@
 #include "solver/load_stepping.h"
 #include "solver/minimisation.h"
 #include "solver/path_following.h"
+#include "solver/stability.h"
 
 namespace darboux {
 namespace {
@@ -78,6 +79,13 @@ void RecordStep(ShellProblem* problem,
     report.converged = converged;
     options.on_step(report);
   }
+}
+
+void RecordStability(const Stability& stability, LoadStep* step) {
+  if (stability.negative_modes < 0) return;
+  step->negative_modes = stability.negative_modes;
+  step->softness = stability.softness;
+  step->mode = stability.mode;
 }
 
 // Strain energy that the nonlinear theory finds in the linear solution, against the linear one:
@@ -405,7 +413,7 @@ bool Solve(const Scene& scene,
                  start,
                  summary);
       summary->steps.back().limit_point = point.limit_point;
-      if (point.negative_modes >= 0) summary->steps.back().negative_modes = point.negative_modes;
+      RecordStability(point.stability, &summary->steps.back());
     };
     converged = following.Follow(on_point, &message);
     if (nonlinear->NeedsCorrection()) nonlinear->UpdateCorrection();
@@ -434,7 +442,15 @@ bool Solve(const Scene& scene,
       stepping.SetStart(options.initial_displacements);
     }
     for (int step = 1; step <= scene.steps; ++step) {
-      const LoadStepping::Result result = stepping.Advance(static_cast<double>(step) / scene.steps);
+      LoadStepping::Result result = stepping.Advance(static_cast<double>(step) / scene.steps);
+      Stability stability = CheckStability(&stepping.mixed());
+      if (result.converged && stability.negative_modes > 0 &&
+          scene.model.unstable == Unstable::kLeave) {
+        const int before = result.iterations;
+        result = stepping.LeaveUnstable(stability.mode);
+        result.iterations += before;
+        stability = CheckStability(&stepping.mixed());
+      }
       converged = result.converged;
       equilibrium = result.equilibrium;
       message = result.message;
@@ -446,8 +462,7 @@ bool Solve(const Scene& scene,
                  options,
                  start,
                  summary);
-      const int negative_modes = stepping.mixed().FactorizeHessian();
-      if (negative_modes >= 0) summary->steps.back().negative_modes = negative_modes;
+      RecordStability(stability, &summary->steps.back());
       if (!converged) break;
     }
   }

@@ -72,9 +72,10 @@ struct LoadStep {
   Eigen::Vector3d reaction = Eigen::Vector3d::Zero();
   std::vector<Eigen::Vector3d> probe_displacements;  // in the order of scene.probes
   Eigen::Matrix3Xd displacements;                    // control displacements
-  // Negative eigenvalues of the Hessian: 0 = stable. Nonlinear theory only; none where the matrix
-  // is singular.
-  std::optional<int> negative_modes;
+  // Nonlinear theory only (solver/stability.h); no number of modes where the matrix is singular.
+  std::optional<int> negative_modes;  // of the Hessian: 0 = stable
+  std::optional<double> softness;
+  Eigen::Matrix3Xd mode;     // the softest, where unstable or nearly so; else empty
   bool limit_point = false;  // the load factor has an extremum here (path following)
 };
 

@@ -502,6 +502,8 @@ TEST_F(ResultsTest, SummaryHasTheKeysOfTheContractInItsOrder) {
                           "equilibrium",
                           "iterations",
                           "load_steps",
+                          "limit_points",
+                          "stability",
                           "free_motions",
                           "decisions",
                           "time_s",
@@ -677,7 +679,9 @@ TEST_F(ResultsTest, HistoryHasARowPerStepAndColumnsNamedLikeTheSummary) {
                           "probes.tip.displacement.z",
                           "supports.reaction.x",
                           "supports.reaction.y",
-                          "supports.reaction.z"));
+                          "supports.reaction.z",
+                          "negative_modes",
+                          "limit_point"));
   for (size_t i = 1; i < rows.size(); ++i) {
     ASSERT_EQ(rows[i].size(), rows[0].size());
     EXPECT_EQ(rows[i][0], std::to_string(i));

@@ -911,7 +911,7 @@ std::vector<Mistake> Mistakes() {
       {"ModelKey",
        Edit("theory: linear", "teory: linear"),
        "17: model.teory: found an unknown key; allowed minimizer | theory | strains | "
-       "quadrature | boundary_rule | accuracy; did you mean 'theory'?"},
+       "quadrature | boundary_rule | unstable | accuracy; did you mean 'theory'?"},
       {"MinimizerTypo",
        Edit("minimizer: ceres", "minimizer: cere"),
        "16: model.minimizer: found 'cere'; allowed auto | mip | ceres | cg; did you mean 'ceres'?"},
@@ -1132,6 +1132,9 @@ std::vector<Mistake> Mistakes() {
        Edit("density: 0.1", "density: 0"),
        "35: loads[6].kind: found gravity with shell.density 0; allowed gravity only "
        "with shell.density > 0"},
+      {"Unstable",
+       Minimal("model: {unstable: leav}\n"),
+       "4: model.unstable: found 'leav'; allowed report | leave; did you mean 'leave'?"},
       {"PathControl",
        Minimal("path: {control: arclength}\n"),
        "4: path.control: found 'arclength'; allowed load | displacement | arc_length; did you mean "

@@ -1,0 +1,89 @@
+#include "solver/stability.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "tests/solve_util.h"
+
+namespace darboux {
+namespace {
+
+// A strip pressed at its end, clamped at the other and guided in between: Euler's column of length
+// 2 L, P = pi^2 E I / (4 L^2) per width with E I = E h^3 / 12 (nu = 0).
+constexpr double kLength = 10.0, kThickness = 0.1, kYoung = 1.2e6;
+const double kCritical =
+    M_PI * M_PI * kYoung * std::pow(kThickness, 3) / 12.0 / (4.0 * kLength * kLength);
+
+Scene Column(double load, const std::string& model = "") {
+  return SceneFromText(R"(
+name: column
+surface: {kind: plane, u: [0, 10], v: [0, 1], divisions: [24, 2]}
+shell: {thickness: 0.1, young_modulus: 1.2e6, poisson_ratio: 0}
+model: {theory: nonlinear)" +
+                       model +
+                       R"(}
+supports:
+  - {on: u_min, clamped: true}
+loads:
+  - {kind: edge, on: u_max, force: [)" +
+                       std::to_string(-load * kCritical) + R"(, 0, 0]}
+probes:
+  - {name: tip, at: {uv: [10, 0.5]}}
+)");
+}
+
+TEST(StabilityTest, ColumnIsStableUpToEulersLoad) {
+  const LoadStep below = SolveScene(Column(0.99)).summary.steps.back();
+  EXPECT_EQ(below.negative_modes, 0);
+  EXPECT_GT(*below.softness, 0.0);
+  EXPECT_LT(*below.softness, 0.02);
+  // One part in a hundred from buckling: nearly unstable, so the mode is there.
+  EXPECT_GT(below.mode.size(), 0);
+  const Solution above = SolveScene(Column(1.01));
+  EXPECT_EQ(above.summary.steps.back().negative_modes, 1);
+  EXPECT_LT(*above.summary.steps.back().softness, 0.0);
+  EXPECT_NEAR(above.Probe().z(), 0.0, 1e-9);  // still straight
+}
+
+// m^T K m / m^T K_0 m of the buckling mode is 1 - P / P_c; the softest mode is that one when P is
+// near P_c.
+TEST(StabilityTest, SoftnessIsTheDistanceToTheCriticalLoad) {
+  for (const double load : {0.8, 0.95, 0.99}) {
+    EXPECT_NEAR(*SolveScene(Column(load)).summary.steps.back().softness, 1.0 - load, 5e-3);
+  }
+}
+
+TEST(StabilityTest, LowestModeIsTheQuarterWave) {
+  const Solution solution = SolveScene(Column(1.01));
+  const LoadStep& step = solution.summary.steps.back();
+  ASSERT_GT(step.mode.size(), 0);
+  solution.problem->displacements() = step.mode;
+  const auto at = [&](double u) {
+    return solution.problem->Displacement(solution.problem->surface().domain().Locate(u, 0.5)).z();
+  };
+  for (const double u : {2.5, 5.0, 7.5}) {
+    EXPECT_NEAR(at(u) / at(kLength), 1.0 - std::cos(M_PI * u / (2.0 * kLength)), 2e-3);
+  }
+}
+
+TEST(StabilityTest, HigherLoadsHaveMoreNegativeModes) {
+  // The second bending load of a cantilever is nine times the first.
+  EXPECT_EQ(SolveScene(Column(8.5)).summary.steps.back().negative_modes, 1);
+  EXPECT_EQ(SolveScene(Column(9.5)).summary.steps.back().negative_modes, 2);
+}
+
+TEST(StabilityTest, LeavesTheUnstableBranchWhenAsked) {
+  const Solution straight = SolveScene(Column(1.2));
+  const Solution buckled = SolveScene(Column(1.2, ", unstable: leave"));
+  EXPECT_EQ(straight.summary.steps.back().negative_modes, 1);
+  EXPECT_EQ(buckled.summary.steps.back().negative_modes, 0);
+  EXPECT_LT(buckled.summary.energy_total, straight.summary.energy_total);
+  // Elastica at 1.2 of the critical load: the tip deflects by 0.63 of the length.
+  EXPECT_NEAR(std::abs(buckled.Probe().z()) / kLength, 0.63, 0.02);
+}
+
+}  // namespace
+}  // namespace darboux
