@@ -7,6 +7,10 @@
 
 #ifdef DARBOUX_HAVE_CHOLMOD
 #include <cholmod.h>
+
+// Of OpenBLAS; null where another BLAS serves CHOLMOD.
+extern "C" void openblas_set_num_threads(int num_threads) __attribute__((weak));
+extern "C" int openblas_get_num_threads() __attribute__((weak));
 #endif
 
 namespace darboux {
@@ -49,6 +53,29 @@ cholmod_sparse View(const Eigen::SparseMatrix<double>& m, int stype) {
   return view;
 }
 
+// OpenBLAS' threads wait for their next task in a busy loop that takes the processor from everything
+// else. For small factorisations that costs more than they give.
+class BlasThreads {
+ public:
+  explicit BlasThreads(double flops) {
+    constexpr double kWorthwhile = 2e8;
+    if (flops >= kWorthwhile || openblas_set_num_threads == nullptr ||
+        openblas_get_num_threads == nullptr) {
+      return;
+    }
+    before_ = openblas_get_num_threads();
+    if (before_ > 1) openblas_set_num_threads(1);
+  }
+  ~BlasThreads() {
+    if (before_ > 1) openblas_set_num_threads(before_);
+  }
+  BlasThreads(const BlasThreads&) = delete;
+  BlasThreads& operator=(const BlasThreads&) = delete;
+
+ private:
+  int before_ = 0;
+};
+
 class Cholmod : public SparseCholesky {
  public:
   Cholmod() {
@@ -70,10 +97,12 @@ class Cholmod : public SparseCholesky {
     cholmod_sparse matrix = View(lower, -1);
     factor_ = cholmod_analyze(&matrix, &common_);
     CHECK(factor_ != nullptr) << "CHOLMOD's analysis failed, status " << common_.status;
+    flops_ = common_.fl;
   }
   bool Factorize(const Eigen::SparseMatrix<double>& lower) override {
     cholmod_sparse matrix = View(lower, -1);
     common_.final_ll = 1;
+    const BlasThreads threads(flops_);
     cholmod_factorize(&matrix, factor_, &common_);
     if (common_.status != CHOLMOD_OK) return false;
     solves_ = factor_;
@@ -86,6 +115,7 @@ class Cholmod : public SparseCholesky {
     right.x = const_cast<double*>(b.data());
     right.xtype = CHOLMOD_REAL;
     right.dtype = CHOLMOD_DOUBLE;
+    const BlasThreads threads(flops_);
     cholmod_dense* x = cholmod_solve(CHOLMOD_A, solves_, &right, &common_);
     CHECK(x != nullptr) << "CHOLMOD's solve failed, status " << common_.status;
     const Eigen::VectorXd result =
@@ -123,6 +153,7 @@ class Cholmod : public SparseCholesky {
   cholmod_common common_;
   cholmod_factor* factor_ = nullptr;      // L L^T, supernodal where that pays
   cholmod_factor* indefinite_ = nullptr;  // L D L^T
+  double flops_ = 0.0;  // of a factorisation
   cholmod_factor* solves_ = nullptr;      // the last of them that succeeded
 };
 #endif
