@@ -259,8 +259,11 @@ LoadStepping::Result LoadStepping::Advance(double factor) {
     }
     if (problem_->NeedsCorrection()) problem_->UpdateCorrection();
     result.equilibrium = CheckEquilibrium(problem_);
-    result.converged =
-        reached && result.equilibrium.relative_gradient <= options_.gradient_tolerance;
+    const double floor = options_.gradient_tolerance < result.equilibrium.relative_gradient
+                             ? RoundingFloor(problem_, result.equilibrium.reference)
+                             : 0.0;
+    result.converged = reached && result.equilibrium.relative_gradient <=
+                                      std::max(options_.gradient_tolerance, kRoundings * floor);
     if (!result.converged) {
       int used = 0;
       result.converged =

@@ -64,24 +64,6 @@ ceres::Solver::Options CeresOptions(const SolverOptions& options) {
   return ceres_options;
 }
 
-// Relative change of the gradient when every unknown moves by one unit of rounding: no state in
-// double can be told from equilibrium below about ten times it (a residual sums a dozen terms).
-// Matters for supports and membranes that are stiff against a large displacement.
-constexpr double kRoundings = 10.0;
-
-double RoundingFloor(ShellProblem* problem, double reference) {
-  std::mt19937 generator(20417);
-  const Eigen::Matrix3Xd state = problem->displacements();
-  const Eigen::Matrix3Xd gradient = problem->Gradient();
-  problem->displacements() = state.unaryExpr([&](double x) {
-    const double unit = std::numeric_limits<double>::epsilon();
-    return (generator() & 1) != 0 ? x * (1.0 + unit) : x * (1.0 - unit);
-  });
-  const double change = (problem->Gradient() - gradient).norm();
-  problem->displacements() = state;
-  return reference > 0.0 ? change / reference : 0.0;
-}
-
 // A change of the displacements, relative to the largest, that is not worth another pass; and one
 // that is not where passes gain little: next to corners of fine lattices conditions of two sides
 // all but depend on each other, and what tells them apart settles slowly and matters to nothing.
@@ -208,6 +190,19 @@ ceres::SparseLinearAlgebraLibraryType BackendOf(SparseBackend backend) {
   const bool suite_sparse = ceres::IsSparseLinearAlgebraLibraryTypeAvailable(ceres::SUITE_SPARSE);
   if (backend == SparseBackend::kEigen || !suite_sparse) return ceres::EIGEN_SPARSE;
   return ceres::SUITE_SPARSE;
+}
+
+double RoundingFloor(ShellProblem* problem, double reference) {
+  std::mt19937 generator(20417);
+  const Eigen::Matrix3Xd state = problem->displacements();
+  const Eigen::Matrix3Xd gradient = problem->Gradient();
+  problem->displacements() = state.unaryExpr([&](double x) {
+    const double unit = std::numeric_limits<double>::epsilon();
+    return (generator() & 1) != 0 ? x * (1.0 + unit) : x * (1.0 - unit);
+  });
+  const double change = (problem->Gradient() - gradient).norm();
+  problem->displacements() = state;
+  return reference > 0.0 ? change / reference : 0.0;
 }
 
 Equilibrium CheckEquilibrium(ShellProblem* problem) {

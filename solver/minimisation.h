@@ -42,6 +42,13 @@ struct Equilibrium {
 
 Equilibrium CheckEquilibrium(ShellProblem* problem);
 
+// Relative change of the gradient when every unknown moves by one unit of rounding: no state in
+// double can be told from equilibrium below about ten times it (a residual sums a dozen terms).
+// Matters for supports and membranes that are stiff against a large displacement.
+constexpr double kRoundings = 10.0;
+
+double RoundingFloor(ShellProblem* problem, double reference);
+
 // The backend that Ceres takes.
 ceres::SparseLinearAlgebraLibraryType BackendOf(SparseBackend backend);
 

@@ -1,7 +1,11 @@
 #include "solver/mixed_iteration.h"
 
 #include <cmath>
+#include <limits>
+#include <random>
 #include <sstream>
+
+#include "solver/minimisation.h"
 
 namespace darboux {
 namespace {
@@ -34,6 +38,21 @@ double MixedIteration::RelativeGradient(const Eigen::VectorXd& gradient) const {
   return scale > 0.0 ? size / scale : size;
 }
 
+double MixedIteration::RoundingFloor(const Eigen::VectorXd& gradient) {
+  std::mt19937 generator(20417);
+  const Eigen::Matrix3Xd state = problem_->displacements();
+  problem_->displacements() = state.unaryExpr([&](double x) {
+    const double unit = std::numeric_limits<double>::epsilon();
+    return (generator() & 1) != 0 ? x * (1.0 + unit) : x * (1.0 - unit);
+  });
+  Eigen::VectorXd moved;
+  TangentStiffness::Request request;
+  request.gradient = &moved;
+  const bool defined = tangent_.Evaluate(request);
+  problem_->displacements() = state;
+  return defined ? RelativeGradient(moved - gradient) : 0.0;
+}
+
 int MixedIteration::Factorize() {
   if (!analysed_) cholesky_->Analyze(tangent_.matrix());
   analysed_ = true;
@@ -60,6 +79,7 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
   // A step into a state whose strains are undefined is halved, this often at most.
   constexpr int kMaxHalvings = 10;
   int halvings = 0;
+  double previous = std::numeric_limits<double>::infinity();
   while (true) {
     if (!tangent_.Evaluate(first)) {
       if (summary.iterations == 0 || halvings >= kMaxHalvings) {
@@ -77,7 +97,13 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       summary.message = "the iteration diverged";
       return summary;
     }
-    if (summary.relative_gradient <= options.gradient_tolerance) {
+    // Gradients rise and fall on the way; only small ones that stay tell of rounding.
+    constexpr double kSmall = 1e-5;
+    const bool stays = summary.relative_gradient > 0.3 * previous;
+    previous = summary.relative_gradient;
+    if (summary.relative_gradient <= options.gradient_tolerance ||
+        (stays && summary.relative_gradient <= kSmall &&
+         summary.relative_gradient <= kRoundings * RoundingFloor(gradient))) {
       summary.converged = true;
       return summary;
     }

@@ -26,8 +26,10 @@ class MixedIteration {
  public:
   struct Options {
     int max_iterations = 40;
-    double gradient_tolerance = 1e-7;  // of |gradient|, relative to |supports| + |loads|
-    std::function<bool()> stop;        // asked once an iteration
+    // Of |gradient|, relative to |supports| + |loads|; or kRoundings times what one rounding of the
+    // unknowns changes, where that is more and the iteration gains nothing any more.
+    double gradient_tolerance = 1e-7;
+    std::function<bool()> stop;  // asked once an iteration
   };
   struct Summary {
     bool converged = false;
@@ -61,6 +63,9 @@ class MixedIteration {
 
   TangentStiffness& tangent() { return tangent_; }
   SparseCholesky& cholesky() { return *cholesky_; }
+  // Change of RelativeGradient when every unknown moves by one unit of rounding. Springs of the
+  // supports and stiff membranes under large displacements raise it.
+  double RoundingFloor(const Eigen::VectorXd& gradient);
   // |gradient| relative to the forces, in the present state.
   double RelativeGradient(const Eigen::VectorXd& gradient) const;
 

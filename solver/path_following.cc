@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 
 #include "solver/support_conditions.h"
@@ -13,8 +14,8 @@ namespace {
 constexpr int kMaxIterations = 15;
 constexpr int kManyIterations = 8;
 constexpr int kFewIterations = 5;
-// First step of the arc length: this part of the full load, or where that would turn the shell by
-// more, this rotation (rad, first order).
+// First step of the arc length: this part of the full load, a smaller one where the scene asks for
+// more steps, or where that would turn the shell by more, this rotation (rad, first order).
 constexpr double kFirstFactor = 0.05;
 constexpr double kFirstRotation = 0.2;
 // Steps grow to this many times the first, and are cut to this part of it at most.
@@ -114,6 +115,7 @@ MixedIteration::Summary PathFollowing::Correct(const Eigen::VectorXd* control,
   request.gradient = &gradient;
   request.matrix = true;
   request.initial_stresses = &mixed_.stresses();
+  double previous = std::numeric_limits<double>::infinity();
   while (true) {
     if (!tangent.Evaluate(request)) {
       summary.message = "the strains are undefined";
@@ -129,8 +131,14 @@ MixedIteration::Summary PathFollowing::Correct(const Eigen::VectorXd* control,
       return summary;
     }
     constexpr double kStep = 1e-7;  // of the step, that may be left
-    if (summary.relative_gradient <= options_.gradient_tolerance &&
-        std::abs(left) <= kStep * std::abs(step)) {
+    constexpr double kSmall = 1e-5;
+    const bool stays = summary.relative_gradient > 0.3 * previous;
+    previous = summary.relative_gradient;
+    const bool balanced =
+        summary.relative_gradient <= options_.gradient_tolerance ||
+        (stays && summary.relative_gradient <= kSmall &&
+         summary.relative_gradient <= kRoundings * mixed_.RoundingFloor(gradient));
+    if (balanced && std::abs(left) <= kStep * std::abs(step)) {
       relative_gradient_ = summary.relative_gradient;
       summary.converged = true;
       problem_->SetAngleReferences();
@@ -228,9 +236,11 @@ bool PathFollowing::FollowArcLength(const OnPoint& on_point, std::string* messag
     *message = "nothing moves along the path: no load, or a singular stiffness at rest";
     return false;
   }
+  const int scene_steps = problem_->scene().steps;
   const double rotation = mixed_.tangent().LargestRotation(good.tangent);
-  const double first = good.tangent.norm() *
-                       std::min(kFirstFactor, rotation > 0.0 ? kFirstRotation / rotation : 1.0);
+  const double part = scene_steps > 1 ? std::min(kFirstFactor, 1.0 / scene_steps) : kFirstFactor;
+  const double first =
+      good.tangent.norm() * std::min(part, rotation > 0.0 ? kFirstRotation / rotation : part);
   double step = first;
   const int max_steps = problem_->scene().path.max_steps;
   for (int k = 0; k < max_steps; ++k) {

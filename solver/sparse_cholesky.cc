@@ -53,8 +53,8 @@ cholmod_sparse View(const Eigen::SparseMatrix<double>& m, int stype) {
   return view;
 }
 
-// OpenBLAS' threads wait for their next task in a busy loop that takes the processor from everything
-// else. For small factorisations that costs more than they give.
+// OpenBLAS' threads wait for their next task in a busy loop that takes the processor from
+// everything else. For small factorisations that costs more than they give.
 class BlasThreads {
  public:
   explicit BlasThreads(double flops) {
@@ -153,7 +153,7 @@ class Cholmod : public SparseCholesky {
   cholmod_common common_;
   cholmod_factor* factor_ = nullptr;      // L L^T, supernodal where that pays
   cholmod_factor* indefinite_ = nullptr;  // L D L^T
-  double flops_ = 0.0;  // of a factorisation
+  double flops_ = 0.0;                    // of a factorisation
   cholmod_factor* solves_ = nullptr;      // the last of them that succeeded
 };
 #endif
