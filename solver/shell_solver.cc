@@ -84,7 +84,7 @@ void RecordStep(ShellProblem* problem,
 void RecordStability(const Stability& stability, LoadStep* step) {
   if (stability.negative_modes < 0) return;
   step->negative_modes = stability.negative_modes;
-  step->softness = stability.softness;
+  if (std::isfinite(stability.softness)) step->softness = stability.softness;
   step->mode = stability.mode;
 }
 

@@ -58,7 +58,7 @@ cholmod_sparse View(const Eigen::SparseMatrix<double>& m, int stype) {
 class BlasThreads {
  public:
   explicit BlasThreads(double flops) {
-    constexpr double kWorthwhile = 2e8;
+    constexpr double kWorthwhile = 3e9;
     if (flops >= kWorthwhile || openblas_set_num_threads == nullptr ||
         openblas_get_num_threads == nullptr) {
       return;

@@ -2,6 +2,7 @@
 #define DARBOUX_SOLVER_STABILITY_H_
 
 #include <Eigen/Core>
+#include <limits>
 
 #include "solver/mixed_iteration.h"
 
@@ -13,7 +14,8 @@ struct Stability {
   int negative_modes = -1;
   // Of the softest mode m: m^T K m / m^T K_0 m, K the Hessian and K_0 the same without the stresses
   // and the forces that follow. 1 where they do not matter, 0 at a critical point, negative beyond.
-  double softness = 1.0;
+  // NaN where it was not computed.
+  double softness = std::numeric_limits<double>::quiet_NaN();
   // Control displacements of the softest mode; its largest is 1. Empty where the state is stable
   // and softness above kNearlyUnstable.
   Eigen::Matrix3Xd mode;

@@ -2,10 +2,12 @@
 // Each line: the fastest of `repeats` passes over many points. Asserts nothing.
 //
 // Sample run: tests/kernel_benchmark
+#include <ceres/jet.h>
 #include <gflags/gflags.h>
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <functional>
@@ -17,6 +19,7 @@
 
 #include "costs/bending_energy.h"
 #include "costs/membrane_energy.h"
+#include "costs/strain_derivatives.h"
 #include "geometry/parametric_surface.h"
 #include "geometry/shell_surface.h"
 #include "geometry/surface_invariants.h"
@@ -109,6 +112,30 @@ void Run() {
        MembraneEnergy(points, StrainMeasure::kKoiter, material, true));
   cost("bending, linear", BendingEnergy(points, StrainMeasure::kLinearKoiter, material));
   cost("bending, koiter", BendingEnergy(points, StrainMeasure::kKoiter, material));
+
+  // The same strains of one point: autodiff over the 15 kinematic numbers against formulas.
+  const StrainPoint& point = points->front();
+  std::array<double, 15> k;
+  for (double& x : k) x = 0.01 * uniform(generator);
+  Measure("strains and gradient of a point, Jet over 15 inputs", 10000, [&](int) {
+    std::array<ceres::Jet<double, 15>, 15> jets;
+    for (int i = 0; i < 15; ++i) jets[i] = ceres::Jet<double, 15>(k[i], i);
+    std::array<ceres::Jet<double, 15>, 6> e;
+    EvaluateMembraneStrain(StrainMeasure::kKoiter, point, jets.data(), e.data());
+    EvaluateBendingStrain(StrainMeasure::kKoiter, point, jets.data(), e.data() + 3);
+    return e[5].v[3];
+  });
+  StrainDerivatives derivatives;
+  Measure("the same by hand", 10000, [&](int) {
+    EvaluateStrainDerivatives(StrainMeasure::kKoiter, point, k.data(), &derivatives);
+    return derivatives.gradient(5, 3);
+  });
+  const Eigen::Matrix<double, 6, 1> stress = Eigen::Matrix<double, 6, 1>::Ones();
+  Eigen::Matrix<double, 15, 15> stiffness = Eigen::Matrix<double, 15, 15>::Zero();
+  Measure("stress stiffness of a point, by hand", 10000, [&](int) {
+    AddStressStiffness(StrainMeasure::kKoiter, point, k.data(), stress, &stiffness);
+    return stiffness(3, 4);
+  });
 }
 
 }  // namespace

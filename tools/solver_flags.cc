@@ -17,7 +17,7 @@ DEFINE_string(out, "", "Folder for all results; created when missing.");
 DEFINE_int32(threads, 0, "Threads, 1 to 1024; 0 for as many as the machine runs at once.");
 DEFINE_string(theory, "", "auto, linear or nonlinear, in place of the scene's model.theory.");
 DEFINE_string(strains, "", "koiter or seed, in place of the scene's model.strains.");
-DEFINE_string(minimizer, "", "auto or ceres, in place of the scene's model.minimizer.");
+DEFINE_string(minimizer, "", "auto, mip, ceres or cg, in place of the scene's model.minimizer.");
 DEFINE_int32(quadrature,
              0,
              "Points per triangle: 1, 3, 6 or 12, in place of the scene's model.quadrature.");
