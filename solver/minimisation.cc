@@ -8,6 +8,7 @@
 #include <memory>
 #include <random>
 #include <sstream>
+#include <thread>
 #include <vector>
 
 #include "solver/sparse_cholesky.h"
@@ -146,7 +147,11 @@ bool SolveLinearDirectly(ShellProblem* problem,
                          int* iterations,
                          Equilibrium* equilibrium,
                          std::string* message) {
+  // Ceres' problem, which checks the result, is built beside the pattern of the matrix.
+  std::thread builder;
+  if (options.num_threads > 1) builder = std::thread([problem] { problem->problem(); });
   TangentStiffness tangent(problem, options.backend, options.num_threads);
+  if (builder.joinable()) builder.join();
   const std::unique_ptr<SparseCholesky> cholesky = SparseCholesky::Create(options.backend);
   Eigen::VectorXd gradient;
   TangentStiffness::Request request;

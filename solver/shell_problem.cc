@@ -171,17 +171,22 @@ std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
   problem->ChooseUnknowns();
   if (!problem->HoldRigidMotions(error)) return nullptr;
 
-  ceres::Problem::Options problem_options;
-  problem_options.disable_all_safety_checks = true;  // Blocks are built from one mesh, below.
-  problem->problem_ = std::make_unique<ceres::Problem>(problem_options);
+  problem->ListUnknowns();
   problem->force_ = problem->dead_loads_.force;
   problem->correction_ = Eigen::Matrix3Xd::Zero(3, problem->force_.cols());
-  problem->AddParameters();
-  problem->AddStrainEnergies();
-  problem->AddSupports();
-  problem->AddLoads();
   problem->SetLoadFactor(1.0);
+  if (options.nonlinear) problem->Build();  // Its loads are among the blocks.
   return problem;
+}
+
+void ShellProblem::Build() {
+  ceres::Problem::Options options;
+  options.disable_all_safety_checks = true;  // Blocks are built from one mesh, below.
+  problem_ = std::make_unique<ceres::Problem>(options);
+  AddParameters();
+  AddStrainEnergies();
+  AddSupports();
+  AddLoads();
 }
 
 // A flat plate in the linear theory: transverse and in-plane displacement do not meet in any term,
@@ -326,29 +331,31 @@ Eigen::MatrixXd ShellProblem::unknown_basis() const {
   return Eigen::Matrix3d::Identity();
 }
 
-void ShellProblem::AddParameters() {
+void ShellProblem::ListUnknowns() {
   is_free_.assign(displacements_.cols(), 0);
+  for (int i = 0; i < displacements_.cols(); ++i) is_free_[i] = surface_->IsActive(i) ? 1 : 0;
+  for (const int vertex : fixed_vertices_) is_free_[vertex] = 0;
+  const Eigen::MatrixXd basis = unknown_basis();
+  num_unknowns_ = static_cast<int>(basis.cols() * std::count(is_free_.begin(), is_free_.end(), 1));
+  // What the unknown part of the displacement cannot change is no condition on it.
+  for (PlacedCondition& condition : conditions_) {
+    const Eigen::Matrix3Xd& c = condition.coefficients;
+    if ((basis.transpose() * c).norm() <= kRounding * c.norm()) condition.stiffness = 0.0;
+  }
+  multipliers_.assign(conditions_.size(), 0.0);
+  targets_.assign(conditions_.size(), 0.0);
+}
+
+void ShellProblem::AddParameters() {
+  // Shared by all blocks, owned by the problem.
+  auto* manifold = unknowns_ == Unknowns::kAll ? nullptr : new SubspaceManifold(unknown_basis());
   for (int i = 0; i < displacements_.cols(); ++i) {
     if (!surface_->IsActive(i)) continue;
-    problem_->AddParameterBlock(displacements_.col(i).data(), 3);
-    is_free_[i] = 1;
+    double* const block = displacements_.col(i).data();
+    problem_->AddParameterBlock(block, 3);
+    if (manifold != nullptr) problem_->SetManifold(block, manifold);
+    if (!is_free_[i]) problem_->SetParameterBlockConstant(block);
   }
-  int free_vertices = surface_->num_active_vertices();
-  for (const int vertex : fixed_vertices_) {
-    problem_->SetParameterBlockConstant(displacements_.col(vertex).data());
-    is_free_[vertex] = 0;
-    --free_vertices;
-  }
-  int components = 3;
-  if (unknowns_ != Unknowns::kAll) {
-    const Eigen::MatrixXd basis = unknown_basis();
-    components = static_cast<int>(basis.cols());
-    auto* manifold = new SubspaceManifold(basis);  // shared by all blocks, owned by the problem
-    for (int i = 0; i < displacements_.cols(); ++i) {
-      if (surface_->IsActive(i)) problem_->SetManifold(displacements_.col(i).data(), manifold);
-    }
-  }
-  num_unknowns_ = components * free_vertices;
 }
 
 void ShellProblem::AddStrainEnergies() {
@@ -380,14 +387,6 @@ void ShellProblem::AddSupports() {
   EffectReport& report = effects_[static_cast<int>(Effect::kSupports)];
   report.on = !scene_.supports.empty();
   report.why = report.on ? "the scene names supports" : "the scene names no support";
-  multipliers_.assign(conditions_.size(), 0.0);
-  targets_.assign(conditions_.size(), 0.0);
-  // What the unknown part of the displacement cannot change is no condition on it.
-  const Eigen::MatrixXd basis = unknown_basis();
-  for (PlacedCondition& condition : conditions_) {
-    const Eigen::Matrix3Xd& c = condition.coefficients;
-    if ((basis.transpose() * c).norm() <= kRounding * c.norm()) condition.stiffness = 0.0;
-  }
   // Conditions on the same control vertices that follow each other share a block.
   for (size_t first = 0; first < conditions_.size();) {
     const std::vector<int>& vertices = conditions_[first].vertices;
@@ -635,6 +634,7 @@ double ShellProblem::StrainEnergyOf(const std::vector<const ceres::CostFunction*
 }
 
 double ShellProblem::Energy(Effect effect) {
+  problem();
   if (effect == Effect::kMembrane) return force_unit_ * StrainEnergyOf(strain_energies_[0]);
   if (effect == Effect::kBending) return force_unit_ * StrainEnergyOf(strain_energies_[1]);
   if (effect == Effect::kSupports) return force_unit_ * SupportEnergy();
@@ -643,7 +643,7 @@ double ShellProblem::Energy(Effect effect) {
   ceres::Problem::EvaluateOptions options;
   options.residual_blocks = blocks;
   double cost = 0.0;
-  problem_->Evaluate(options, &cost, nullptr, nullptr, nullptr);
+  problem()->Evaluate(options, &cost, nullptr, nullptr, nullptr);
   return force_unit_ * cost;
 }
 
@@ -660,13 +660,13 @@ Eigen::Matrix3Xd ShellProblem::EvaluateGradient(const std::vector<ceres::Residua
   if (blocks != nullptr) options.residual_blocks = *blocks;
   std::vector<double> gradient;
   double cost;
-  problem_->Evaluate(options, &cost, nullptr, &gradient, nullptr);
+  problem()->Evaluate(options, &cost, nullptr, &gradient, nullptr);
   // Tangent components -> vectors; constant blocks have none.
   Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, displacements_.cols());
   size_t next = 0;
   const Eigen::MatrixXd basis = unknown_basis();
   for (const int vertex : vertices) {
-    if (problem_->IsParameterBlockConstant(displacements_.col(vertex).data())) continue;
+    if (problem()->IsParameterBlockConstant(displacements_.col(vertex).data())) continue;
     result.col(vertex) = basis * Eigen::Map<const Eigen::VectorXd>(&gradient[next], basis.cols());
     next += basis.cols();
   }
@@ -703,11 +703,11 @@ Eigen::Vector3d ShellProblem::Reaction() {
   if (fixed_vertices_.empty()) return reaction;
   // What holds a fixed vertex is what all energies together leave unbalanced there.
   for (const int vertex : fixed_vertices_) {
-    problem_->SetParameterBlockVariable(displacements_.col(vertex).data());
+    problem()->SetParameterBlockVariable(displacements_.col(vertex).data());
   }
   const Eigen::Matrix3Xd gradient = Gradient();
   for (const int vertex : fixed_vertices_) {
-    problem_->SetParameterBlockConstant(displacements_.col(vertex).data());
+    problem()->SetParameterBlockConstant(displacements_.col(vertex).data());
     reaction += gradient.col(vertex);
   }
   return reaction;

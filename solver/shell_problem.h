@@ -72,7 +72,11 @@ class ShellProblem {
   StrainMeasure measure() const { return measure_; }
   bool nonlinear() const { return options_.nonlinear; }
   Unknowns unknowns() const { return unknowns_; }
-  ceres::Problem* problem() { return problem_.get(); }
+  // Built at the first call in the linear theory, which factorises its own matrix meanwhile.
+  ceres::Problem* problem() {
+    if (problem_ == nullptr) Build();
+    return problem_.get();
+  }
 
   // Control displacements, a column per control vertex: the parameter blocks of problem(). A map,
   // because moving a matrix into them would leave the blocks behind.
@@ -97,6 +101,7 @@ class ShellProblem {
   int dof() const { return 3 * surface_->num_active_vertices(); }
   int num_unknowns() const { return num_unknowns_; }
   int num_quadrature_points() const { return num_quadrature_points_; }
+  // Counts of blocks are complete once problem() is built.
   const EffectReport& effect(Effect effect) const { return effects_[static_cast<int>(effect)]; }
   // Motions that no support removes; the loads balance on them, and three points or fewer take
   // them up without reaction.
@@ -154,6 +159,8 @@ class ShellProblem {
 
   bool HoldRigidMotions(std::string* error);
   void ChooseUnknowns();
+  void ListUnknowns();
+  void Build();
   void AddParameters();
   void AddStrainEnergies();
   void AddSupports();
