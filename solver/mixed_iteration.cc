@@ -53,6 +53,18 @@ double MixedIteration::RoundingFloor(const Eigen::VectorXd& gradient) {
   return defined ? RelativeGradient(moved - gradient) : 0.0;
 }
 
+void MixedIteration::SettleSupports() {
+  // Each pass costs a pair of triangular solves and gains the ratio of the springs to the shell.
+  constexpr int kPasses = 2;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const Eigen::Matrix3Xd before = problem_->SupportGradient();
+    problem_->UpdateMultipliers();
+    const Eigen::VectorXd change = tangent_.Reduce(problem_->SupportGradient() - before);
+    problem_->displacements() -= tangent_.Expand(cholesky_->Solve(change));
+  }
+  problem_->UpdateMultipliers();
+}
+
 int MixedIteration::Factorize() {
   if (!analysed_) cholesky_->Analyze(tangent_.matrix());
   analysed_ = true;
@@ -149,7 +161,7 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       ++summary.limited;
     }
     problem_->displacements() += tangent_.Expand(step);
-    problem_->UpdateMultipliers();
+    SettleSupports();
   }
 }
 

@@ -61,6 +61,9 @@ class MixedIteration {
   // Factorises the matrix that tangent() evaluated last: the number of negative eigenvalues, or -1.
   int Factorize();
 
+  // Multipliers of the supports and the displacements that belong to them, with the last factor.
+  void SettleSupports();
+
   TangentStiffness& tangent() { return tangent_; }
   SparseCholesky& cholesky() { return *cholesky_; }
   // Change of RelativeGradient when every unknown moves by one unit of rounding. Springs of the

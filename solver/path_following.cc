@@ -171,7 +171,7 @@ MixedIteration::Summary PathFollowing::Correct(const Eigen::VectorXd* control,
     }
     tangent.LinearisedStresses(change, &mixed_.stresses());
     problem_->displacements() += tangent.Expand(change);
-    problem_->UpdateMultipliers();
+    mixed_.SettleSupports();
   }
 }
 

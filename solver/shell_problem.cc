@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "costs/bending_energy.h"
 #include "costs/edge_moment.h"
@@ -616,21 +617,28 @@ double ShellProblem::UpdateCorrection() {
 }
 
 double ShellProblem::StrainEnergyOf(const std::vector<const ceres::CostFunction*>& costs) const {
-  double energy = 0.0;
-  std::vector<double> residuals;
-  std::vector<const double*> blocks;
-  for (size_t e = 0; e < costs.size(); ++e) {
-    blocks.clear();
-    for (const int vertex : surface_->control_vertices(static_cast<int>(e))) {
-      blocks.push_back(displacements_.col(vertex).data());
+  const int count = static_cast<int>(costs.size());
+  const int num_threads = ThreadsFor(count, options_.num_threads);
+  std::vector<double> energies(num_threads, 0.0);
+  ParallelFor(num_threads, count, [&](int thread, int begin, int end) {
+    double energy = 0.0;
+    std::vector<double> residuals;
+    std::vector<const double*> blocks;
+    for (int e = begin; e < end; ++e) {
+      blocks.clear();
+      for (const int vertex : surface_->control_vertices(e)) {
+        blocks.push_back(displacements_.col(vertex).data());
+      }
+      residuals.resize(costs[e]->num_residuals());
+      if (!costs[e]->Evaluate(blocks.data(), residuals.data(), nullptr)) {
+        energy = std::numeric_limits<double>::infinity();
+        break;
+      }
+      energy += 0.5 * Eigen::Map<Eigen::VectorXd>(residuals.data(), residuals.size()).squaredNorm();
     }
-    residuals.resize(costs[e]->num_residuals());
-    if (!costs[e]->Evaluate(blocks.data(), residuals.data(), nullptr)) {
-      return std::numeric_limits<double>::infinity();
-    }
-    energy += 0.5 * Eigen::Map<Eigen::VectorXd>(residuals.data(), residuals.size()).squaredNorm();
-  }
-  return energy;
+    energies[thread] = energy;
+  });
+  return std::accumulate(energies.begin(), energies.end(), 0.0);
 }
 
 double ShellProblem::Energy(Effect effect) {

@@ -460,7 +460,8 @@ double PlateError(Kind kind, int divisions, double factor, Conditions conditions
   }
   if (conditions == Conditions::kMeans) {
     for (const PlacedCondition& c : Make({Support(Region::Kind::kRim, kind)}, plate).conditions) {
-      add(c.vertices, c.coefficients.row(2), factor * 10.0 * c.stiffness);
+      // As if multipliers held them: springs alone, of 1e5 times the membrane.
+      add(c.vertices, c.coefficients.row(2), factor * (1e5 / 3e3) * c.stiffness);
     }
   } else {
     const double height = 1.0 / divisions;
