@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "costs/cross_matrix.h"
+
 namespace darboux {
 
 namespace {
@@ -20,13 +22,6 @@ Eigen::Matrix<double, 3, 2> Inputs(const StrainPoint& point, double const* const
          point.weights.col(i).segment<2>(kRowD1).transpose();
   }
   return d;
-}
-
-// The matrix of v -> a x v.
-Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& a) {
-  Eigen::Matrix3d result;
-  result << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
-  return result;
 }
 
 // Whether a vector of components (sine, cosine) across an axis has a direction there, up to

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <utility>
 
+#include "costs/cross_matrix.h"
+
 namespace darboux {
 namespace {
 
@@ -20,13 +22,6 @@ Eigen::Matrix3d Inputs(const StrainPoint& point, double const* const* displaceme
 Eigen::Vector3d NormalChange(const StrainPoint& point, const Eigen::Matrix3d& inputs) {
   const Eigen::Vector3d d1 = inputs.col(1), d2 = inputs.col(2);
   return point.t1.cross(d2) + d1.cross(point.t2) + d1.cross(d2);
-}
-
-// The matrix of v -> a x v.
-Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& a) {
-  Eigen::Matrix3d result;
-  result << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
-  return result;
 }
 
 }  // namespace

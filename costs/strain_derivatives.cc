@@ -2,17 +2,13 @@
 
 #include <cmath>
 
+#include "costs/cross_matrix.h"
+
 namespace darboux {
 namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-Matrix3d CrossMatrix(const Vector3d& a) {
-  Matrix3d result;
-  result << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
-  return result;
-}
 
 // Deformed tangents and what follows from them.
 struct Deformed {

@@ -38,6 +38,17 @@ double MixedIteration::RelativeGradient(const Eigen::VectorXd& gradient) const {
   return scale > 0.0 ? size / scale : size;
 }
 
+bool MixedIteration::IsBalanced(const Eigen::VectorXd& gradient,
+                                double relative_gradient,
+                                double previous,
+                                double tolerance) {
+  if (relative_gradient <= tolerance) return true;
+  // Gradients rise and fall on the way; only small ones that stay tell of rounding.
+  constexpr double kSmall = 1e-5, kStays = 0.3;
+  return relative_gradient > kStays * previous && relative_gradient <= kSmall &&
+         relative_gradient <= kRoundings * RoundingFloor(gradient);
+}
+
 double MixedIteration::RoundingFloor(const Eigen::VectorXd& gradient) {
   std::mt19937 generator(20417);
   const Eigen::Matrix3Xd state = problem_->displacements();
@@ -109,13 +120,9 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       summary.message = "the iteration diverged";
       return summary;
     }
-    // Gradients rise and fall on the way; only small ones that stay tell of rounding.
-    constexpr double kSmall = 1e-5;
-    const bool stays = summary.relative_gradient > 0.3 * previous;
+    const double before = previous;
     previous = summary.relative_gradient;
-    if (summary.relative_gradient <= options.gradient_tolerance ||
-        (stays && summary.relative_gradient <= kSmall &&
-         summary.relative_gradient <= kRoundings * RoundingFloor(gradient))) {
+    if (IsBalanced(gradient, summary.relative_gradient, before, options.gradient_tolerance)) {
       summary.converged = true;
       return summary;
     }

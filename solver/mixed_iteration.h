@@ -66,6 +66,12 @@ class MixedIteration {
 
   TangentStiffness& tangent() { return tangent_; }
   SparseCholesky& cholesky() { return *cholesky_; }
+  // Whether a gradient is as small as asked, or as rounding allows and no smaller than in the
+  // iteration before.
+  bool IsBalanced(const Eigen::VectorXd& gradient,
+                  double relative_gradient,
+                  double previous,
+                  double tolerance);
   // Change of RelativeGradient when every unknown moves by one unit of rounding. Springs of the
   // supports and stiff membranes under large displacements raise it.
   double RoundingFloor(const Eigen::VectorXd& gradient);

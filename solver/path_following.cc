@@ -131,13 +131,9 @@ MixedIteration::Summary PathFollowing::Correct(const Eigen::VectorXd* control,
       return summary;
     }
     constexpr double kStep = 1e-7;  // of the step, that may be left
-    constexpr double kSmall = 1e-5;
-    const bool stays = summary.relative_gradient > 0.3 * previous;
+    const bool balanced = mixed_.IsBalanced(
+        gradient, summary.relative_gradient, previous, options_.gradient_tolerance);
     previous = summary.relative_gradient;
-    const bool balanced =
-        summary.relative_gradient <= options_.gradient_tolerance ||
-        (stays && summary.relative_gradient <= kSmall &&
-         summary.relative_gradient <= kRoundings * mixed_.RoundingFloor(gradient));
     if (balanced && std::abs(left) <= kStep * std::abs(step)) {
       relative_gradient_ = summary.relative_gradient;
       summary.converged = true;

@@ -158,7 +158,9 @@ class Cholmod : public SparseCholesky {
 };
 #endif
 
-bool UsesCholmod(SparseBackend backend) { return HasCholmod() && backend != SparseBackend::kEigen; }
+[[maybe_unused]] bool UsesCholmod(SparseBackend backend) {
+  return HasCholmod() && backend != SparseBackend::kEigen;
+}
 
 }  // namespace
 
@@ -170,7 +172,7 @@ bool HasCholmod() {
 #endif
 }
 
-std::unique_ptr<SparseCholesky> SparseCholesky::Create(SparseBackend backend) {
+std::unique_ptr<SparseCholesky> SparseCholesky::Create([[maybe_unused]] SparseBackend backend) {
 #ifdef DARBOUX_HAVE_CHOLMOD
   if (UsesCholmod(backend)) return std::make_unique<Cholmod>();
 #endif
@@ -178,7 +180,7 @@ std::unique_ptr<SparseCholesky> SparseCholesky::Create(SparseBackend backend) {
 }
 
 Eigen::VectorXi FillReducingOrder(const Eigen::SparseMatrix<double>& adjacency,
-                                  SparseBackend backend) {
+                                  [[maybe_unused]] SparseBackend backend) {
 #ifdef DARBOUX_HAVE_CHOLMOD
   if (UsesCholmod(backend)) {
     cholmod_common common;

@@ -21,6 +21,7 @@
 #include <utility>
 #include <vector>
 
+#include "costs/cross_matrix.h"
 #include "costs/material.h"
 #include "costs/potential.h"
 #include "costs/strain_energy.h"
@@ -55,13 +56,6 @@ inline Eigen::Matrix3d SeededMatrix(double size, unsigned seed) {
 inline Eigen::Matrix3d SkewRotation(double angle_rad) {
   return Eigen::AngleAxisd(angle_rad, Eigen::Vector3d(1.0, 2.0, 3.0).normalized())
       .toRotationMatrix();
-}
-
-// Infinitesimal rotation: CrossMatrix(w) x = w x x.
-inline Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& w) {
-  Eigen::Matrix3d m;
-  m << 0.0, -w.z(), w.y(), w.z(), 0.0, -w.x(), -w.y(), w.x(), 0.0;
-  return m;
 }
 
 inline const std::vector<StrainMeasure>& AllMeasures() {
