@@ -662,7 +662,9 @@ Eigen::Matrix3Xd ShellProblem::EvaluateGradient(const std::vector<ceres::Residua
   for (int i = 0; i < displacements_.cols(); ++i) {
     double* block = displacements_.col(i).data();
     if (!surface_->IsActive(i)) continue;
-    options.parameter_blocks.push_back(block);
+    // The whole gradient has all blocks in the order they were added: naming them costs Ceres a
+    // program of its own.
+    if (blocks != nullptr) options.parameter_blocks.push_back(block);
     vertices.push_back(i);
   }
   if (blocks != nullptr) options.residual_blocks = *blocks;
