@@ -11,10 +11,10 @@ namespace darboux {
 namespace {
 
 // Largest rotation of the surface in one step, rad, as its linear displacements have it: straight
-// displacements cannot follow a turn by much more. Without a limit a slit annulus takes 10
-// iterations and an open hemisphere 11, with one radian 9 and 11, with half of it 14 and 9; a strip
-// that an edge moment winds to a circle takes 17 with half a radian, and two circles 38, which are
-// not found with one radian.
+// displacements cannot follow a turn by much more. A slit annulus and an open hemisphere took 14
+// and 9 iterations with half a radian, 9 and 11 with one, 10 and 11 with two. A strip that an edge
+// moment winds to a circle takes 17 with half a radian, two circles 37; with one radian two circles
+// have to be cut into many load steps.
 constexpr double kMaxRotation = 1.0;
 constexpr double kMaxRotationUnderMoments = 0.5;
 
