@@ -140,6 +140,26 @@ std::vector<StrainPoint> ShellSurface::QuadraturePoints(int element, int num_poi
   return points;
 }
 
+void ShellSurface::EvaluateAreaPoint(int element, int num_points, int k, AreaPoint* point) const {
+  const TrianglePoint& rule = TriangleQuadrature(num_points)[k];
+  point->at = {element, rule.s, rule.t};
+  const auto q = domain_.Lattice(point->at);
+  const auto u = domain_.Parameter(0, q[0]);
+  const auto v = domain_.Parameter(1, q[1]);
+  const SurfaceJet jet = surface_->Evaluate(u[0], v[0]);
+  // Both kinds of elements are half a lattice cell with its orientation.
+  const Eigen::Vector3d normal = jet.x_u.cross(jet.x_v) * (u[1] * v[1]);
+  const double area_element = normal.norm();
+  point->position = jet.x;
+  point->n = normal / area_element;
+  point->area = rule.weight * area_element;
+  if (folds_.empty() && basis_.IsRegular(element)) {
+    point->values = RegularTable(num_points)[k].row(kValue);
+  } else {
+    point->values = ValueWeights(point->at).transpose();
+  }
+}
+
 ShellSurface::CurvePoint ShellSurface::MakeCurvePoint(const ElementPoint& at,
                                                       const Eigen::Vector2d& lattice_direction,
                                                       double weight) const {

@@ -54,6 +54,23 @@ class ShellSurface {
   // Points of the triangle rule of `num_points` on one element.
   std::vector<StrainPoint> QuadraturePoints(int element, int num_points) const;
 
+  // The part of a StrainPoint that a load needs: no derivative of the basis.
+  struct AreaPoint {
+    ElementPoint at;
+    Eigen::Vector3d position, n;
+    double area = 0.0;
+    Eigen::RowVectorXd values;  // row kRowValue of the weights
+  };
+  // Calls use(AreaPoint) for the points of the triangle rule of `num_points` on one element.
+  template <typename Use>
+  void ForEachAreaPoint(int element, int num_points, const Use& use) const {
+    AreaPoint point;
+    for (int k = 0; k < num_points; ++k) {
+      EvaluateAreaPoint(element, num_points, k, &point);
+      use(const_cast<const AreaPoint&>(point));
+    }
+  }
+
   // A point of a curve on the surface (side of the domain or parameter line): its StrainPoint has
   // area = quadrature weight times LENGTH element. In the frame's components: unit tangent of the
   // curve and conormal, the unit tangent vector normal to the curve; on a side it points outward.
@@ -79,6 +96,7 @@ class ShellSurface {
 
  private:
   RestJet Rest(const ElementPoint& point) const;
+  void EvaluateAreaPoint(int element, int num_points, int k, AreaPoint* point) const;
   StrainPoint MakePoint(const ElementPoint& point,
                         const BasisMatrix& basis,
                         double quadrature_weight) const;

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include "costs/edge_moment.h"
-#include "geometry/quadrature.h"
 #include "solver/parallel_for.h"
 #include "solver/support_conditions.h"
 
@@ -28,6 +27,11 @@ class Assembler {
     AddRigid(frame_.DisplacementRow(point.position, force));
     if (dead) AddWork(element, force * point.weights.row(kRowValue));
   }
+  void AddForce(const ShellSurface::AreaPoint& point, const Eigen::Vector3d& force, bool dead) {
+    if (force.isZero(0.0)) return;
+    AddRigid(frame_.DisplacementRow(point.position, force));
+    if (dead) AddWork(point.at.element, force * point.values);
+  }
 
   void AddMoment(int element, const StrainPoint& point, const Eigen::Vector3d& moment, bool dead) {
     if (moment.isZero(0.0)) return;
@@ -43,7 +47,8 @@ class Assembler {
     loads_->rigid_scale += row.norm();
   }
 
-  void AddWork(int element, const Eigen::Matrix3Xd& work) {
+  template <typename Work>
+  void AddWork(int element, const Work& work) {
     const auto& vertices = surface_.control_vertices(element);
     for (size_t i = 0; i < vertices.size(); ++i) loads_->force.col(vertices[i]) += work.col(i);
   }
@@ -99,30 +104,26 @@ DeadLoads AssembleDeadLoads(const Scene& scene,
   }
   if (area_loads.empty()) return loads;
 
-  const auto& rule = TriangleQuadrature(kAreaPoints);
   const double mass = scene.shell.density * scene.shell.thickness;
   const int threads = ThreadsFor(surface.num_elements(), num_threads);
   std::vector<DeadLoads> parts(threads);
   ParallelFor(threads, surface.num_elements(), [&](int thread, int begin, int end) {
     Assembler part(surface, frame, &parts[thread]);
     for (int e = begin; e < end; ++e) {
-      const std::vector<StrainPoint> points = surface.QuadraturePoints(e, kAreaPoints);
-      for (size_t q = 0; q < points.size(); ++q) {
-        const ElementPoint at{e, rule[q].s, rule[q].t};
-        const StrainPoint& point = points[q];
+      surface.ForEachAreaPoint(e, kAreaPoints, [&](const ShellSurface::AreaPoint& point) {
         Eigen::Vector3d dead = Eigen::Vector3d::Zero(), follower = Eigen::Vector3d::Zero();
         for (const LoadSpec* load : area_loads) {
           switch (load->kind) {
             case LoadSpec::Kind::kPressure: {
               Eigen::Vector3d& force = nonlinear && load->follower ? follower : dead;
-              force += EvaluateAt(load->value, surface, at) * point.n;
+              force += EvaluateAt(load->value, surface, point.at) * point.n;
               break;
             }
             case LoadSpec::Kind::kNormalTraction:
-              dead += EvaluateAt(load->value, surface, at) * point.n;
+              dead += EvaluateAt(load->value, surface, point.at) * point.n;
               break;
             case LoadSpec::Kind::kTraction:
-              dead += EvaluateAt(load->force, surface, at);
+              dead += EvaluateAt(load->force, surface, point.at);
               break;
             case LoadSpec::Kind::kGravity:
               dead +=
@@ -133,9 +134,9 @@ DeadLoads AssembleDeadLoads(const Scene& scene,
               break;
           }
         }
-        part.AddForce(e, point, point.area * dead, true);
-        part.AddForce(e, point, point.area * follower, false);
-      }
+        part.AddForce(point, point.area * dead, true);
+        part.AddForce(point, point.area * follower, false);
+      });
     }
   });
   for (const DeadLoads& part : parts) {

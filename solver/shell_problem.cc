@@ -676,7 +676,7 @@ Eigen::Matrix3Xd ShellProblem::EvaluateGradient(const std::vector<ceres::Residua
   size_t next = 0;
   const Eigen::MatrixXd basis = unknown_basis();
   for (const int vertex : vertices) {
-    if (problem()->IsParameterBlockConstant(displacements_.col(vertex).data())) continue;
+    if (!is_free_[vertex]) continue;
     result.col(vertex) = basis * Eigen::Map<const Eigen::VectorXd>(&gradient[next], basis.cols());
     next += basis.cols();
   }
@@ -714,10 +714,12 @@ Eigen::Vector3d ShellProblem::Reaction() {
   // What holds a fixed vertex is what all energies together leave unbalanced there.
   for (const int vertex : fixed_vertices_) {
     problem()->SetParameterBlockVariable(displacements_.col(vertex).data());
+    is_free_[vertex] = 1;
   }
   const Eigen::Matrix3Xd gradient = Gradient();
   for (const int vertex : fixed_vertices_) {
     problem()->SetParameterBlockConstant(displacements_.col(vertex).data());
+    is_free_[vertex] = 0;
     reaction += gradient.col(vertex);
   }
   return reaction;

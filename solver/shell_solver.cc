@@ -14,6 +14,7 @@
 
 #include "solver/load_stepping.h"
 #include "solver/minimisation.h"
+#include "solver/parallel_for.h"
 #include "solver/path_following.h"
 #include "solver/stability.h"
 
@@ -21,24 +22,30 @@ namespace darboux {
 namespace {
 
 // Over the lattice vertices and one point inside each element.
-double MaxDisplacement(const ShellProblem& problem) {
+double MaxDisplacement(const ShellProblem& problem, int num_threads) {
   const ParameterDomain& domain = problem.surface().domain();
-  double largest = 0.0;
-  for (int j = 0; j <= domain.options().divisions[1]; ++j) {
-    for (int i = 0; i <= domain.options().divisions[0]; ++i) {
-      largest = std::max(largest, problem.Displacement(domain.LocateLattice(i, j)).norm());
+  const int columns = domain.options().divisions[0] + 1;
+  const int num_vertices = columns * (domain.options().divisions[1] + 1);
+  const int num_elements = problem.surface().num_elements();
+  const int threads = ThreadsFor(num_elements, num_threads);
+  std::vector<double> largest(threads, 0.0);
+  ParallelFor(threads, num_vertices + num_elements, [&](int thread, int begin, int end) {
+    for (int k = begin; k < end; ++k) {
+      Eigen::Vector3d u = Eigen::Vector3d::Zero();
+      if (k < num_vertices) {
+        u = problem.Displacement(domain.LocateLattice(k % columns, k / columns));
+      } else {
+        const int e = k - num_vertices;
+        const auto& vertices = problem.surface().control_vertices(e);
+        const StrainPoint& p = problem.strain_points()[e]->front();
+        for (size_t i = 0; i < vertices.size(); ++i) {
+          u += p.weights(kRowValue, i) * problem.displacements().col(vertices[i]);
+        }
+      }
+      largest[thread] = std::max(largest[thread], u.norm());
     }
-  }
-  for (int e = 0; e < problem.surface().num_elements(); ++e) {
-    const auto& vertices = problem.surface().control_vertices(e);
-    const StrainPoint& p = problem.strain_points()[e]->front();
-    Eigen::Vector3d u = Eigen::Vector3d::Zero();
-    for (size_t i = 0; i < vertices.size(); ++i) {
-      u += p.weights(kRowValue, i) * problem.displacements().col(vertices[i]);
-    }
-    largest = std::max(largest, u.norm());
-  }
-  return largest;
+  });
+  return *std::max_element(largest.begin(), largest.end());
 }
 
 void RecordStep(ShellProblem* problem,
@@ -58,7 +65,7 @@ void RecordStep(ShellProblem* problem,
     step.energies[e] = problem->Energy(static_cast<Effect>(e));
     step.energy += step.energies[e];
   }
-  step.max_displacement = MaxDisplacement(*problem);
+  step.max_displacement = MaxDisplacement(*problem, options.num_threads);
   step.reaction = problem->Reaction();
   for (const ProbeSpec& probe : problem->scene().probes) {
     step.probe_displacements.push_back(
@@ -126,6 +133,42 @@ double EstimateNonlinearity(const ShellProblem& linear) {
   return reference > 0.0 ? difference / reference : 0.0;
 }
 
+// The largest membrane strain and rotation over the quadrature points.
+void FindExtremes(const ShellProblem& problem, int num_threads, SolverSummary* summary) {
+  const ShellSurface& surface = problem.surface();
+  const int threads = ThreadsFor(surface.num_elements(), num_threads);
+  std::vector<double> largest_strain(threads, 0.0), largest_rotation(threads, 0.0);
+  ParallelFor(threads, surface.num_elements(), [&](int thread, int begin, int end) {
+    double largest = 0.0, turned = 0.0;
+    for (int e = begin; e < end; ++e) {
+      const auto& vertices = surface.control_vertices(e);
+      for (const StrainPoint& p : *problem.strain_points()[e]) {
+        Eigen::Matrix<double, 3, 2> d = Eigen::Matrix<double, 3, 2>::Zero();
+        for (size_t i = 0; i < vertices.size(); ++i) {
+          d += problem.displacements().col(vertices[i]) *
+               p.weights.col(i).segment<2>(kRowD1).transpose();
+        }
+        Eigen::Vector3d strain;
+        EvaluateMembraneStrain(problem.measure(), p, d.data(), strain.data());
+        const double mean = 0.5 * (strain[0] + strain[1]);
+        const double radius = std::hypot(0.5 * (strain[0] - strain[1]), 0.5 * strain[2]);
+        largest = std::max(largest, std::abs(mean) + radius);
+        double rotation = d.transpose().operator*(p.n).norm();
+        if (problem.nonlinear()) {
+          const Eigen::Vector3d normal =
+              Eigen::Vector3d(p.t1 + d.col(0)).cross(Eigen::Vector3d(p.t2 + d.col(1)));
+          rotation = std::atan2(normal.cross(p.n).norm(), normal.dot(p.n));
+        }
+        turned = std::max(turned, rotation);
+      }
+    }
+    largest_strain[thread] = largest;
+    largest_rotation[thread] = turned;
+  });
+  summary->max_membrane_strain = *std::max_element(largest_strain.begin(), largest_strain.end());
+  summary->max_rotation = *std::max_element(largest_rotation.begin(), largest_rotation.end());
+}
+
 void Finish(ShellProblem* problem,
             const SolverOptions& options,
             const Equilibrium& equilibrium,
@@ -183,32 +226,7 @@ void Finish(ShellProblem* problem,
     summary->message = text.str();
   }
 
-  summary->max_membrane_strain = summary->max_rotation = 0.0;
-  const ShellSurface& surface = problem->surface();
-  for (int e = 0; e < surface.num_elements(); ++e) {
-    const auto& vertices = surface.control_vertices(e);
-    for (const StrainPoint& p : *problem->strain_points()[e]) {
-      Eigen::Matrix<double, 3, 2> d = Eigen::Matrix<double, 3, 2>::Zero();
-      for (size_t i = 0; i < vertices.size(); ++i) {
-        d += problem->displacements().col(vertices[i]) *
-             p.weights.col(i).segment<2>(kRowD1).transpose();
-      }
-      Eigen::Vector3d strain;
-      EvaluateMembraneStrain(problem->measure(), p, d.data(), strain.data());
-      const double mean = 0.5 * (strain[0] + strain[1]);
-      const double radius = std::hypot(0.5 * (strain[0] - strain[1]), 0.5 * strain[2]);
-      summary->max_membrane_strain =
-          std::max(summary->max_membrane_strain, std::abs(mean) + radius);
-      const double linear = d.transpose().operator*(p.n).norm();
-      double rotation = linear;
-      if (problem->nonlinear()) {
-        const Eigen::Vector3d normal =
-            Eigen::Vector3d(p.t1 + d.col(0)).cross(Eigen::Vector3d(p.t2 + d.col(1)));
-        rotation = std::atan2(normal.cross(p.n).norm(), normal.dot(p.n));
-      }
-      summary->max_rotation = std::max(summary->max_rotation, rotation);
-    }
-  }
+  FindExtremes(*problem, options.num_threads, summary);
 }
 
 // Better a message now than the kernel's kill signal after minutes.

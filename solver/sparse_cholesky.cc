@@ -7,6 +7,7 @@
 
 #ifdef DARBOUX_HAVE_CHOLMOD
 #include <cholmod.h>
+#include <dlfcn.h>
 
 // Of OpenBLAS; null where another BLAS serves CHOLMOD.
 extern "C" void openblas_set_num_threads(int num_threads) __attribute__((weak));
@@ -53,27 +54,49 @@ cholmod_sparse View(const Eigen::SparseMatrix<double>& m, int stype) {
   return view;
 }
 
+// OpenMP's library, which CHOLMOD brings along where it was built with it.
+struct OpenMp {
+  OpenMp()
+      : get_max_active_levels(
+            reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "omp_get_max_active_levels"))),
+        set_max_active_levels(
+            reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT, "omp_set_max_active_levels"))) {}
+  int (*get_max_active_levels)();
+  void (*set_max_active_levels)(int);
+};
+
 // OpenBLAS' threads wait for their next task in a busy loop that takes the processor from
-// everything else. For small factorisations that costs more than they give.
-class BlasThreads {
+// everything else, and CHOLMOD wakes four threads of OpenMP for every supernode, however small.
+// For small factorisations that costs more than it gives.
+class SingleThread {
  public:
-  explicit BlasThreads(double flops) {
+  explicit SingleThread(double flops) {
     constexpr double kWorthwhile = 3e9;
-    if (flops >= kWorthwhile || openblas_set_num_threads == nullptr ||
-        openblas_get_num_threads == nullptr) {
-      return;
+    if (flops >= kWorthwhile) return;
+    if (openblas_set_num_threads != nullptr && openblas_get_num_threads != nullptr) {
+      blas_threads_ = openblas_get_num_threads();
+      if (blas_threads_ > 1) openblas_set_num_threads(1);
     }
-    before_ = openblas_get_num_threads();
-    if (before_ > 1) openblas_set_num_threads(1);
+    if (Omp().get_max_active_levels != nullptr && Omp().set_max_active_levels != nullptr) {
+      omp_levels_ = Omp().get_max_active_levels();
+      if (omp_levels_ > 0) Omp().set_max_active_levels(0);
+    }
   }
-  ~BlasThreads() {
-    if (before_ > 1) openblas_set_num_threads(before_);
+  ~SingleThread() {
+    if (blas_threads_ > 1) openblas_set_num_threads(blas_threads_);
+    if (omp_levels_ > 0) Omp().set_max_active_levels(omp_levels_);
   }
-  BlasThreads(const BlasThreads&) = delete;
-  BlasThreads& operator=(const BlasThreads&) = delete;
+  SingleThread(const SingleThread&) = delete;
+  SingleThread& operator=(const SingleThread&) = delete;
 
  private:
-  int before_ = 0;
+  static const OpenMp& Omp() {
+    static const OpenMp omp;
+    return omp;
+  }
+
+  int blas_threads_ = 0;
+  int omp_levels_ = 0;
 };
 
 class Cholmod : public SparseCholesky {
@@ -102,7 +125,7 @@ class Cholmod : public SparseCholesky {
   bool Factorize(const Eigen::SparseMatrix<double>& lower) override {
     cholmod_sparse matrix = View(lower, -1);
     common_.final_ll = 1;
-    const BlasThreads threads(flops_);
+    const SingleThread single(flops_);
     cholmod_factorize(&matrix, factor_, &common_);
     if (common_.status != CHOLMOD_OK) return false;
     solves_ = factor_;
@@ -115,7 +138,7 @@ class Cholmod : public SparseCholesky {
     right.x = const_cast<double*>(b.data());
     right.xtype = CHOLMOD_REAL;
     right.dtype = CHOLMOD_DOUBLE;
-    const BlasThreads threads(flops_);
+    const SingleThread single(flops_);
     cholmod_dense* x = cholmod_solve(CHOLMOD_A, solves_, &right, &common_);
     CHECK(x != nullptr) << "CHOLMOD's solve failed, status " << common_.status;
     const Eigen::VectorXd result =

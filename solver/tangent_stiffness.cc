@@ -20,11 +20,15 @@ Eigen::Matrix3d StiffnessPerArea(double stiffness, double nu) {
 
 // The fifteen kinematic numbers of a point from the control displacements of its element.
 Eigen::Matrix<double, 3, kVectors> Inputs(const StrainPoint& point, const Eigen::Matrix3Xd& u) {
-  Eigen::Matrix<double, 3, kVectors> k = Eigen::Matrix<double, 3, kVectors>::Zero();
+  double k[3 * kVectors] = {};
   for (Eigen::Index i = 0; i < u.cols(); ++i) {
-    for (int b = 0; b < kVectors; ++b) k.col(b) += point.weights(kRowD1 + b, i) * u.col(i);
+    const double* const w = point.weights.data() + 6 * i + kRowD1;
+    const double* const v = u.data() + 3 * i;
+    for (int b = 0; b < kVectors; ++b) {
+      for (int a = 0; a < 3; ++a) k[3 * b + a] += w[b] * v[a];
+    }
   }
-  return k;
+  return Eigen::Map<Eigen::Matrix<double, 3, kVectors>>(k);
 }
 
 Eigen::Matrix3Xd Gather(const Eigen::Matrix3Xd& field, const std::vector<int>& vertices) {
@@ -245,7 +249,7 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
     const int n = static_cast<int>(vertices.size());
     const Eigen::Matrix3Xd u = Gather(problem_.displacements(), vertices);
     if (request.matrix) {
-      half.resize(static_cast<size_t>(kVectors) * kBlock * n);
+      half.resize(static_cast<size_t>(std::max(kVectors * kBlock, 6 * C)) * n);
       full.assign(static_cast<size_t>(n) * n * kBlock, 0.0);
     }
     const std::vector<StrainPoint>& points = *problem_.strain_points()[e];
@@ -275,6 +279,38 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
       for (int b = 0; b < kVectors; ++b) {
         b_matrix.template middleCols<C>(C * b).noalias() =
             strain.gradient.middleCols<3>(3 * b).lazyProduct(basis);
+      }
+      if constexpr (C < 3) {
+        // The unknowns of a flat plate in the linear theory drive one of the two strains alone:
+        // three rows of strains to multiply, not five kinematic vectors.
+        const int first = C == 1 ? 3 : 0;
+        const Eigen::Matrix3d stiffness = point.area * (C == 1 ? bending_ : membrane_);
+        double* const rows = half.data();
+        double* const scaled = rows + 3 * C * n;
+        for (int i = 0; i < n; ++i) {
+          const double* const w = point.weights.data() + 6 * i + kRowD1;
+          Eigen::Map<Eigen::Matrix<double, 3, C>> row(rows + 3 * C * i);
+          row = w[0] * b_matrix.template block<3, C>(first, 0);
+          for (int b = 1; b < kVectors; ++b) {
+            row += w[b] * b_matrix.template block<3, C>(first, C * b);
+          }
+          Eigen::Map<Eigen::Matrix<double, 3, C>>(scaled + 3 * C * i) = stiffness.lazyProduct(row);
+        }
+        for (int j = 0; j < n; ++j) {
+          const double* const from = scaled + 3 * C * j;
+          double* const to = full.data() + static_cast<size_t>(j) * n * kBlock;
+          for (int i = j; i < n; ++i) {
+            const double* const row = rows + 3 * C * i;
+            for (int b = 0; b < C; ++b) {
+              for (int a = 0; a < C; ++a) {
+                to[i * kBlock + b * C + a] += row[3 * a] * from[3 * b] +
+                                              row[3 * a + 1] * from[3 * b + 1] +
+                                              row[3 * a + 2] * from[3 * b + 2];
+              }
+            }
+          }
+        }
+        continue;
       }
       c_matrix.template topRows<3>().noalias() =
           (point.area * membrane_).lazyProduct(b_matrix.template topRows<3>());
