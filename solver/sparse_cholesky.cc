@@ -202,8 +202,10 @@ std::unique_ptr<SparseCholesky> SparseCholesky::Create([[maybe_unused]] SparseBa
   return std::make_unique<EigenCholesky>();
 }
 
-Eigen::VectorXi FillReducingOrder(const Eigen::SparseMatrix<double>& adjacency,
+Eigen::VectorXi FillReducingOrder(const std::vector<int>& begin,
+                                  const std::vector<int>& rows,
                                   [[maybe_unused]] SparseBackend backend) {
+  const int n = static_cast<int>(begin.size()) - 1;
 #ifdef DARBOUX_HAVE_CHOLMOD
   if (UsesCholmod(backend)) {
     cholmod_common common;
@@ -213,20 +215,37 @@ Eigen::VectorXi FillReducingOrder(const Eigen::SparseMatrix<double>& adjacency,
     // Nested dissection saves a fifth of the factorisation of large meshes and costs more than
     // minimum degree to find.
     constexpr int kLarge = 10000;
-    common.method[0].ordering = adjacency.cols() >= kLarge ? CHOLMOD_METIS : CHOLMOD_AMD;
+    common.method[0].ordering = n >= kLarge ? CHOLMOD_METIS : CHOLMOD_AMD;
     common.supernodal = CHOLMOD_SIMPLICIAL;
-    Eigen::SparseMatrix<double> lower = adjacency.triangularView<Eigen::Lower>();
-    cholmod_sparse matrix = View(lower, -1);
-    cholmod_factor* factor = cholmod_analyze(&matrix, &common);
+    cholmod_sparse pattern = {};
+    pattern.nrow = pattern.ncol = n;
+    pattern.nzmax = rows.size();
+    pattern.p = const_cast<int*>(begin.data());
+    pattern.i = const_cast<int*>(rows.data());
+    pattern.stype = -1;
+    pattern.itype = CHOLMOD_INT;
+    pattern.xtype = CHOLMOD_PATTERN;
+    pattern.dtype = CHOLMOD_DOUBLE;
+    pattern.packed = 1;
+    cholmod_factor* factor = cholmod_analyze(&pattern, &common);
     Eigen::VectorXi order;
     if (factor != nullptr && common.status >= CHOLMOD_OK) {
-      order = Eigen::Map<const Eigen::VectorXi>(static_cast<int*>(factor->Perm), adjacency.cols());
+      order = Eigen::Map<const Eigen::VectorXi>(static_cast<int*>(factor->Perm), n);
     }
     if (factor != nullptr) cholmod_free_factor(&factor, &common);
     cholmod_finish(&common);
     if (order.size() > 0) return order;
   }
 #endif
+  std::vector<Eigen::Triplet<double, int>> entries;
+  for (int j = 0; j < n; ++j) {
+    for (int k = begin[j]; k < begin[j + 1]; ++k) {
+      entries.emplace_back(rows[k], j, 1.0);
+      if (rows[k] != j) entries.emplace_back(j, rows[k], 1.0);
+    }
+  }
+  Eigen::SparseMatrix<double> adjacency(n, n);
+  adjacency.setFromTriplets(entries.begin(), entries.end());
   Eigen::AMDOrdering<int> amd;
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation;
   amd(adjacency, permutation);

@@ -38,9 +38,11 @@ class SparseCholesky {
 };
 
 // A fill-reducing order of the vertices of a graph: order[k] is the vertex eliminated k-th.
-// `adjacency`: symmetric pattern, values unused. Nested dissection where the build has it and the
-// graph is large enough for it to pay, minimum degree otherwise.
-Eigen::VectorXi FillReducingOrder(const Eigen::SparseMatrix<double>& adjacency,
+// rows[begin[j]] .. rows[begin[j + 1] - 1], in any order: j and its neighbours of greater number.
+// Nested dissection where the build has it and the graph is large enough for it to pay, minimum
+// degree otherwise.
+Eigen::VectorXi FillReducingOrder(const std::vector<int>& begin,
+                                  const std::vector<int>& rows,
                                   SparseBackend backend);
 
 }  // namespace darboux

@@ -18,17 +18,26 @@ Eigen::Matrix3d StiffnessPerArea(double stiffness, double nu) {
   return stiffness * c;
 }
 
-// The fifteen kinematic numbers of a point from the control displacements of its element.
-Eigen::Matrix<double, 3, kVectors> Inputs(const StrainPoint& point, const Eigen::Matrix3Xd& u) {
-  double k[3 * kVectors] = {};
+// The fifteen kinematic numbers of a point from the control displacements of its element, given by
+// their components in a basis.
+template <int C>
+Eigen::Matrix<double, 3, kVectors> Inputs(const StrainPoint& point,
+                                          const Eigen::Matrix<double, 3, C>& basis,
+                                          const Eigen::Matrix<double, C, Eigen::Dynamic>& u) {
+  double k[C * kVectors] = {};
   for (Eigen::Index i = 0; i < u.cols(); ++i) {
     const double* const w = point.weights.data() + 6 * i + kRowD1;
-    const double* const v = u.data() + 3 * i;
+    const double* const v = u.data() + C * i;
     for (int b = 0; b < kVectors; ++b) {
-      for (int a = 0; a < 3; ++a) k[3 * b + a] += w[b] * v[a];
+      for (int a = 0; a < C; ++a) k[C * b + a] += w[b] * v[a];
     }
   }
-  return Eigen::Map<Eigen::Matrix<double, 3, kVectors>>(k);
+  const Eigen::Map<Eigen::Matrix<double, C, kVectors>> reduced(k);
+  if constexpr (C == 3) {
+    return reduced;
+  } else {
+    return basis.lazyProduct(reduced);
+  }
 }
 
 Eigen::Matrix3Xd Gather(const Eigen::Matrix3Xd& field, const std::vector<int>& vertices) {
@@ -95,6 +104,8 @@ void TangentStiffness::BuildPattern(SparseBackend backend) {
   }
   std::vector<int> neighbour_begin(1, 0), neighbours, seen(num_blocks, -1);
   neighbours.reserve(20 * num_blocks);
+  std::vector<int> lower_begin(1, 0), lower;  // those with a greater number, and the vertex itself
+  lower.reserve(10 * num_blocks);
   for (int i = 0; i < num_blocks; ++i) {
     for (int k = term_begin[i]; k < term_begin[i + 1]; ++k) {
       for (const int v : *terms[term_of[k]]) {
@@ -102,19 +113,13 @@ void TangentStiffness::BuildPattern(SparseBackend backend) {
         if (j < 0 || seen[j] == i) continue;
         seen[j] = i;
         neighbours.push_back(j);
+        if (j >= i) lower.push_back(j);
       }
     }
-    std::sort(neighbours.begin() + neighbour_begin.back(), neighbours.end());
     neighbour_begin.push_back(static_cast<int>(neighbours.size()));
+    lower_begin.push_back(static_cast<int>(lower.size()));
   }
-  const std::vector<double> ones(neighbours.size(), 1.0);
-  const Eigen::Map<const Eigen::SparseMatrix<double>> adjacency(num_blocks,
-                                                                num_blocks,
-                                                                neighbours.size(),
-                                                                neighbour_begin.data(),
-                                                                neighbours.data(),
-                                                                ones.data());
-  const Eigen::VectorXi order = FillReducingOrder(adjacency, backend);
+  const Eigen::VectorXi order = FillReducingOrder(lower_begin, lower, backend);
   block_of_vertex_.assign(num_vertices, -1);
   vertex_of_block_.resize(num_blocks);
   for (int k = 0; k < num_blocks; ++k) {
@@ -122,17 +127,23 @@ void TangentStiffness::BuildPattern(SparseBackend backend) {
     block_of_vertex_[vertex_of_block_[k]] = k;
   }
 
-  column_begin_.assign(1, 0);
-  row_block_.reserve(neighbours.size() / 2 + num_blocks);
-  for (int k = 0; k < num_blocks; ++k) {
-    const int i = order[k];
-    for (int m = neighbour_begin[i]; m < neighbour_begin[i + 1]; ++m) {
-      const int row = block_of_vertex_[vertex_of[neighbours[m]]];
-      if (row >= k) row_block_.push_back(row);
+  // Rows in ascending order without sorting: the pattern is symmetric, so row by row every block
+  // is appended to the columns it stands in.
+  column_begin_.assign(num_blocks + 1, 0);
+  const auto for_each_below = [&](const auto& use) {
+    for (int row = 0; row < num_blocks; ++row) {
+      const int i = order[row];
+      for (int m = neighbour_begin[i]; m < neighbour_begin[i + 1]; ++m) {
+        const int column = block_of_vertex_[vertex_of[neighbours[m]]];
+        if (column <= row) use(row, column);
+      }
     }
-    std::sort(row_block_.begin() + column_begin_.back(), row_block_.end());
-    column_begin_.push_back(static_cast<int>(row_block_.size()));
-  }
+  };
+  for_each_below([&](int, int column) { ++column_begin_[column + 1]; });
+  for (int k = 0; k < num_blocks; ++k) column_begin_[k + 1] += column_begin_[k];
+  row_block_.resize(column_begin_.back());
+  std::vector<int> end(column_begin_.begin(), column_begin_.end() - 1);
+  for_each_below([&](int row, int column) { row_block_[end[column]++] = row; });
 
   const int c = components_;
   matrix_.resize(c * num_blocks, c * num_blocks);
@@ -247,7 +258,10 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
   for (int e = begin; e < end; ++e) {
     const std::vector<int>& vertices = surface.control_vertices(e);
     const int n = static_cast<int>(vertices.size());
-    const Eigen::Matrix3Xd u = Gather(problem_.displacements(), vertices);
+    Eigen::Matrix<double, C, Eigen::Dynamic> u(C, n);
+    for (int i = 0; i < n; ++i) {
+      u.col(i).noalias() = basis.transpose().lazyProduct(problem_.displacements().col(vertices[i]));
+    }
     if (request.matrix) {
       half.resize(static_cast<size_t>(std::max(kVectors * kBlock, 6 * C)) * n);
       full.assign(static_cast<size_t>(n) * n * kBlock, 0.0);
@@ -256,30 +270,37 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
     for (size_t q = 0; q < points.size(); ++q) {
       const StrainPoint& point = points[q];
       const int index = point_begin_[e] + static_cast<int>(q);
-      const Eigen::Matrix<double, 3, kVectors> k = Inputs(point, u);
+      const Eigen::Matrix<double, 3, kVectors> k = Inputs<C>(point, basis, u);
       if (!EvaluateStrainDerivatives(measure, point, k.data(), &strain)) return false;
       Stress stress;
       stress.head<3>() = point.area * (membrane_ * strain.strain.head<3>());
       stress.tail<3>() = point.area * (bending_ * strain.strain.tail<3>());
       work.energy += 0.5 * stress.dot(strain.strain);
       if (request.stresses != nullptr) (*request.stresses)[index] = stress;
+      if (request.gradient == nullptr && !request.matrix) continue;
+      Eigen::Matrix<double, 6, kInputs> b_matrix;
+      if constexpr (C == 3) {
+        b_matrix = strain.gradient;
+      } else {
+        for (int b = 0; b < kVectors; ++b) {
+          b_matrix.template middleCols<C>(C * b).noalias() =
+              strain.gradient.middleCols<3>(3 * b).lazyProduct(basis);
+        }
+      }
       if (request.gradient != nullptr) {
-        const Eigen::Matrix<double, kBendingInputs, 1> g = strain.gradient.transpose() * stress;
+        const Eigen::Matrix<double, kInputs, 1> g = b_matrix.transpose().lazyProduct(stress);
         for (int i = 0; i < n; ++i) {
-          Eigen::Vector3d force = Eigen::Vector3d::Zero();
-          for (int b = 0; b < kVectors; ++b) {
-            force += point.weights(kRowD1 + b, i) * g.segment<3>(3 * b);
+          const double* const w = point.weights.data() + 6 * i + kRowD1;
+          double* const force = work.gradient.data() + C * vertices[i];
+          for (int a = 0; a < C; ++a) {
+            force[a] += w[0] * g[a] + w[1] * g[C + a] + w[2] * g[2 * C + a] + w[3] * g[3 * C + a] +
+                        w[4] * g[4 * C + a];
           }
-          work.gradient.col(vertices[i]) += force;
         }
       }
       if (!request.matrix) continue;
 
-      Eigen::Matrix<double, 6, kInputs> b_matrix, c_matrix;
-      for (int b = 0; b < kVectors; ++b) {
-        b_matrix.template middleCols<C>(C * b).noalias() =
-            strain.gradient.middleCols<3>(3 * b).lazyProduct(basis);
-      }
+      Eigen::Matrix<double, 6, kInputs> c_matrix;
       if constexpr (C < 3) {
         // The unknowns of a flat plate in the linear theory drive one of the two strains alone:
         // three rows of strains to multiply, not five kinematic vectors.
@@ -399,7 +420,7 @@ bool TangentStiffness::Evaluate(const Request& request) {
   ParallelFor(num_threads_, problem_.surface().num_elements(), [&](int thread, int begin, int end) {
     Workspace& work = workspaces_[thread];
     work.energy = 0.0;
-    if (request.gradient != nullptr) work.gradient.setZero(3, num_vertices);
+    if (request.gradient != nullptr) work.gradient.setZero(components_, num_vertices);
     if (request.matrix) work.values.setZero(matrix_.nonZeros());
     defined[thread] = components_ == 3   ? EvaluateElements<3>(begin, end, inner, thread)
                       : components_ == 2 ? EvaluateElements<2>(begin, end, inner, thread)
@@ -425,9 +446,14 @@ bool TangentStiffness::Evaluate(const Request& request) {
     *request.energy = energy;
   }
   if (request.gradient != nullptr) {
-    Eigen::Matrix3Xd gradient = problem_.SupportGradient() - problem_.DeadForce() - force;
-    for (const Workspace& work : workspaces_) gradient += work.gradient;
-    *request.gradient = Reduce(gradient);
+    const Eigen::Matrix3Xd gradient = problem_.SupportGradient() - problem_.DeadForce() - force;
+    Eigen::VectorXd reduced = Reduce(gradient);
+    for (const Workspace& work : workspaces_) {
+      for (size_t k = 0; k < vertex_of_block_.size(); ++k) {
+        reduced.segment(components_ * k, components_) += work.gradient.col(vertex_of_block_[k]);
+      }
+    }
+    request.gradient->swap(reduced);
   }
   return true;
 }
@@ -505,6 +531,7 @@ void TangentStiffness::LinearisedStresses(const Eigen::VectorXd& step,
   const Eigen::Matrix3Xd change = Expand(step);
   const ShellSurface& surface = problem_.surface();
   ParallelFor(num_threads_, surface.num_elements(), [&](int, int begin, int end) {
+    const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
     StrainDerivatives strain;
     for (int e = begin; e < end; ++e) {
       const std::vector<int>& vertices = surface.control_vertices(e);
@@ -513,7 +540,8 @@ void TangentStiffness::LinearisedStresses(const Eigen::VectorXd& step,
       const std::vector<StrainPoint>& points = *problem_.strain_points()[e];
       for (size_t q = 0; q < points.size(); ++q) {
         const StrainPoint& point = points[q];
-        const Eigen::Matrix<double, 3, kVectors> k = Inputs(point, u), dk = Inputs(point, du);
+        const Eigen::Matrix<double, 3, kVectors> k = Inputs<3>(point, identity, u),
+                                                 dk = Inputs<3>(point, identity, du);
         CHECK(EvaluateStrainDerivatives(problem_.measure(), point, k.data(), &strain));
         const Stress extrapolated =
             strain.strain +

@@ -101,7 +101,7 @@ class TangentStiffness {
   Eigen::VectorXd support_values_;  // the springs' share of the matrix: constant
   struct Workspace {
     Eigen::VectorXd values;
-    Eigen::Matrix3Xd gradient;
+    Eigen::MatrixXd gradient;  // components in basis_, a column per control vertex
     double energy = 0.0;
   };
   std::vector<Workspace> workspaces_;
