@@ -12,6 +12,7 @@
 // Of OpenBLAS; null where another BLAS serves CHOLMOD.
 extern "C" void openblas_set_num_threads(int num_threads) __attribute__((weak));
 extern "C" int openblas_get_num_threads() __attribute__((weak));
+extern "C" int openblas_get_parallel() __attribute__((weak));
 #endif
 
 namespace darboux {
@@ -65,29 +66,35 @@ struct OpenMp {
   void (*set_max_active_levels)(int);
 };
 
-// OpenBLAS' threads wait for their next task in a busy loop that takes the processor from
-// everything else, and CHOLMOD wakes four threads of OpenMP for every supernode, however small.
-// For small factorisations that costs more than it gives.
-class SingleThread {
+// How many threads serve CHOLMOD while this lives. OpenBLAS' threads wait for their next task in a
+// busy loop that takes the processor from everything else: for small factorisations that costs more
+// than it gives. CHOLMOD's own, four of OpenMP woken for every supernode, never pay.
+class FactorThreads {
  public:
-  explicit SingleThread(double flops) {
+  explicit FactorThreads(double flops) {
     constexpr double kWorthwhile = 3e9;
-    if (flops >= kWorthwhile) return;
-    if (openblas_set_num_threads != nullptr && openblas_get_num_threads != nullptr) {
+    if (flops < kWorthwhile && openblas_set_num_threads != nullptr &&
+        openblas_get_num_threads != nullptr) {
       blas_threads_ = openblas_get_num_threads();
       if (blas_threads_ > 1) openblas_set_num_threads(1);
+    }
+    // An OpenBLAS that takes its threads from OpenMP keeps them.
+    constexpr int kOpenMp = 2;
+    if (flops >= kWorthwhile && openblas_get_parallel != nullptr &&
+        openblas_get_parallel() == kOpenMp) {
+      return;
     }
     if (Omp().get_max_active_levels != nullptr && Omp().set_max_active_levels != nullptr) {
       omp_levels_ = Omp().get_max_active_levels();
       if (omp_levels_ > 0) Omp().set_max_active_levels(0);
     }
   }
-  ~SingleThread() {
+  ~FactorThreads() {
     if (blas_threads_ > 1) openblas_set_num_threads(blas_threads_);
     if (omp_levels_ > 0) Omp().set_max_active_levels(omp_levels_);
   }
-  SingleThread(const SingleThread&) = delete;
-  SingleThread& operator=(const SingleThread&) = delete;
+  FactorThreads(const FactorThreads&) = delete;
+  FactorThreads& operator=(const FactorThreads&) = delete;
 
  private:
   static const OpenMp& Omp() {
@@ -125,7 +132,7 @@ class Cholmod : public SparseCholesky {
   bool Factorize(const Eigen::SparseMatrix<double>& lower) override {
     cholmod_sparse matrix = View(lower, -1);
     common_.final_ll = 1;
-    const SingleThread single(flops_);
+    const FactorThreads threads(flops_);
     cholmod_factorize(&matrix, factor_, &common_);
     if (common_.status != CHOLMOD_OK) return false;
     solves_ = factor_;
@@ -138,7 +145,7 @@ class Cholmod : public SparseCholesky {
     right.x = const_cast<double*>(b.data());
     right.xtype = CHOLMOD_REAL;
     right.dtype = CHOLMOD_DOUBLE;
-    const SingleThread single(flops_);
+    const FactorThreads threads(flops_);
     cholmod_dense* x = cholmod_solve(CHOLMOD_A, solves_, &right, &common_);
     CHECK(x != nullptr) << "CHOLMOD's solve failed, status " << common_.status;
     const Eigen::VectorXd result =
