@@ -19,9 +19,15 @@ namespace darboux {
 //
 // The converged states are those of the plain method, but on the way the stress stiffness feels
 // the stress of the linearised strains, not that of a bent shell stretched by its own straight
-// step: the number of iterations is nearly independent of the thickness. Steps that turn the
-// surface too far are cut. Where K is not positive definite, S is halved down to nothing. Not a
-// descent method: what it finds is checked by the caller.
+// step: the number of iterations is nearly independent of the thickness. Steps have a second order
+// ("geodesic acceleration"; Transtrum, Sethna, 2012) from the strains that the straight step leaves
+// behind, with the same factor:
+//
+//   K w = -B^T C (e(u + du) - e(u) - B du),   u <- u + du + w
+//
+// Steps that turn the surface too far, or whose second order is no longer small against the first,
+// are cut. Where K is not positive definite, S is halved down to nothing. Not a descent method:
+// what it finds is checked by the caller.
 class MixedIteration {
  public:
   struct Options {
@@ -36,7 +42,7 @@ class MixedIteration {
     bool stopped = false;
     int iterations = 0;
     int factorisations = 0;
-    int limited = 0;  // iterations whose step was cut to one radian of rotation
+    int limited = 0;  // steps cut, to one radian of rotation or because of their second order
     int scaled = 0;   // iterations whose stress stiffness had to be scaled down
     double relative_gradient = -1.0;
     std::string message;
@@ -79,6 +85,10 @@ class MixedIteration {
   double RelativeGradient(const Eigen::VectorXd& gradient) const;
 
  private:
+  // Adds its second order to a step that turns the surface by `rotation`, with the last factor.
+  // True where the step had to be cut.
+  bool Bend(double rotation, Eigen::VectorXd* step);
+
   ShellProblem* problem_;
   TangentStiffness tangent_;
   std::unique_ptr<SparseCholesky> cholesky_;

@@ -554,6 +554,54 @@ void TangentStiffness::LinearisedStresses(const Eigen::VectorXd& step,
   });
 }
 
+bool TangentStiffness::StrainDefect(const Eigen::VectorXd& step, Eigen::VectorXd* forces) {
+  const ShellSurface& surface = problem_.surface();
+  if (IsLinear(problem_.measure())) {
+    *forces = Eigen::VectorXd::Zero(step.size());
+    return true;
+  }
+  const Eigen::Matrix3Xd change = Expand(step);
+  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
+  std::vector<Eigen::Matrix3Xd> parts(num_threads_);
+  std::vector<char> defined(num_threads_, 1);
+  ParallelFor(num_threads_, surface.num_elements(), [&](int thread, int begin, int end) {
+    Eigen::Matrix3Xd& part = parts[thread];
+    part.setZero(3, block_of_vertex_.size());
+    StrainDerivatives here, there;
+    for (int e = begin; e < end; ++e) {
+      const std::vector<int>& vertices = surface.control_vertices(e);
+      const Eigen::Matrix3Xd u = Gather(problem_.displacements(), vertices);
+      const Eigen::Matrix3Xd du = Gather(change, vertices);
+      for (const StrainPoint& point : *problem_.strain_points()[e]) {
+        const Eigen::Matrix<double, 3, kVectors> k = Inputs<3>(point, identity, u);
+        const Eigen::Matrix<double, 3, kVectors> dk = Inputs<3>(point, identity, du);
+        const Eigen::Matrix<double, 3, kVectors> moved = k + dk;
+        if (!EvaluateStrainDerivatives(problem_.measure(), point, k.data(), &here) ||
+            !EvaluateStrainDerivatives(problem_.measure(), point, moved.data(), &there)) {
+          defined[thread] = 0;
+          return;
+        }
+        const Stress defect =
+            there.strain - here.strain -
+            here.gradient * Eigen::Map<const Eigen::Matrix<double, kBendingInputs, 1>>(dk.data());
+        Stress stress;
+        stress.head<3>() = point.area * (membrane_ * defect.head<3>());
+        stress.tail<3>() = point.area * (bending_ * defect.tail<3>());
+        const Eigen::Matrix<double, kBendingInputs, 1> g = here.gradient.transpose() * stress;
+        for (size_t i = 0; i < vertices.size(); ++i) {
+          for (int b = 0; b < kVectors; ++b) {
+            part.col(vertices[i]) += point.weights(kRowD1 + b, i) * g.segment<3>(3 * b);
+          }
+        }
+      }
+    }
+  });
+  if (std::find(defined.begin(), defined.end(), 0) != defined.end()) return false;
+  for (size_t t = 1; t < parts.size(); ++t) parts[0] += parts[t];
+  *forces = Reduce(parts[0]);
+  return true;
+}
+
 double TangentStiffness::LargestRotation(const Eigen::VectorXd& step) const {
   const Eigen::Matrix3Xd change = Expand(step);
   const ShellSurface& surface = problem_.surface();

@@ -47,6 +47,11 @@ class TangentStiffness {
   // symmetric part.
   bool Evaluate(const Request& request);
 
+  // B^T C (e(u + step) - e(u) - B step), u the present displacements: the forces of the strains
+  // that a straight step leaves behind because strains are not linear in it. False where the
+  // strains at u + step are undefined.
+  bool StrainDefect(const Eigen::VectorXd& step, Eigen::VectorXd* forces);
+
   // The part of the gradient that depends on the load factor, and linearly so: supports, dead
   // forces and forces that follow. Precondition: Evaluate succeeds here.
   Eigen::VectorXd ExternalGradient() const;

@@ -606,15 +606,15 @@ loads:
   - {kind: edge, on: u_max, force: [0, 0, 4]}
 )");
   SolverOptions options;
-  options.max_iterations = 2;
-  options.gradient_tolerance = 1e-3;
+  options.max_iterations = 1;
+  options.gradient_tolerance = 1e-2;
   std::unique_ptr<ShellProblem> problem;
   SolverSummary summary;
   std::string error;
   ASSERT_TRUE(Solve(scene, options, &problem, &summary, &error)) << error;
   EXPECT_FALSE(summary.IsConverged());
   EXPECT_THAT(summary.message, HasSubstr("last good state"));
-  EXPECT_LE(summary.gradient_norm, 1e-3);
+  EXPECT_LE(summary.gradient_norm, 1e-2);
   EXPECT_GT(summary.steps.back().factor, 0.0);
   EXPECT_LT(summary.steps.back().factor, 1.0);
 }

@@ -175,6 +175,62 @@ TEST_P(TangentStiffnessTest, LinearisedStressesAreThoseOfALinearChange) {
   EXPECT_LE(std::sqrt(off), 1e-3 * std::sqrt(change));
 }
 
+// The defect at every point from the stresses of three states, its forces by virtual work with
+// strains differenced along each unknown.
+TEST_P(TangentStiffnessTest, StrainDefectDoesTheWorkOfWhatAStraightStepLeaves) {
+  const Eigen::VectorXd step = SeededUniform(tangent_->num_unknowns(), 0.02, 3);
+  const Eigen::Matrix3Xd state = problem_->displacements();
+  const auto stresses_at = [&](const Eigen::VectorXd& change) {
+    TangentStiffness::StressField stresses;
+    TangentStiffness::Request request;
+    request.stresses = &stresses;
+    problem_->displacements() = state + tangent_->Expand(change);
+    EXPECT_TRUE(tangent_->Evaluate(request));
+    problem_->displacements() = state;
+    return stresses;
+  };
+  TangentStiffness::StressField linearised;
+  tangent_->LinearisedStresses(step, &linearised);
+  const TangentStiffness::StressField moved = stresses_at(step);
+
+  // Stress = area C strain; compliance of the plane stress matrix and its bending multiple.
+  const Material& material = problem_->scaled_material();
+  const double nu = material.poisson_ratio;
+  Eigen::Matrix3d c;
+  c << 1.0, nu, 0.0, nu, 1.0, 0.0, 0.0, 0.0, 0.5 * (1.0 - nu);
+  const Eigen::Matrix3d inverse = c.inverse();
+  Eigen::VectorXd expected(tangent_->num_unknowns());
+  constexpr double kStep = 1e-4;
+  for (int i = 0; i < expected.size(); ++i) {
+    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(expected.size(), i);
+    const auto up = stresses_at(kStep * unit), down = stresses_at(-kStep * unit);
+    expected[i] = 0.0;
+    int index = 0;
+    for (const StrainPoints& points : problem_->strain_points()) {
+      for (const StrainPoint& point : *points) {
+        const TangentStiffness::Stress rate = (up[index] - down[index]) / (2.0 * kStep);
+        const TangentStiffness::Stress defect = moved[index] - linearised[index];
+        expected[i] += rate.head<3>().dot(inverse * defect.head<3>()) /
+                           (point.area * material.MembraneStiffness()) +
+                       rate.tail<3>().dot(inverse * defect.tail<3>()) /
+                           (point.area * material.BendingStiffness());
+        ++index;
+      }
+    }
+  }
+  Eigen::VectorXd forces;
+  ASSERT_TRUE(tangent_->StrainDefect(step, &forces));
+  if (IsLinear(problem_->measure())) {
+    TangentStiffness::Request request;
+    request.matrix = true;
+    ASSERT_TRUE(tangent_->Evaluate(request));
+    const Eigen::VectorXd straight = Matrix() * step;
+    EXPECT_LE(forces.norm(), 1e-12 * straight.norm());
+  } else {
+    EXPECT_LE((forces - expected).norm(), 1e-5 * expected.norm());
+  }
+}
+
 TEST_P(TangentStiffnessTest, BackendsSolveAndCountAlike) {
   TangentStiffness::Request request;
   request.matrix = true;
