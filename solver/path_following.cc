@@ -100,7 +100,9 @@ void PathFollowing::Report(const State& state,
   point.stability.negative_modes = state.negative_modes;
   if (state.negative_modes > 0) point.stability = CheckStability(&mixed_);
   point.limit_point = limit;
-  point.relative_gradient = relative_gradient_;
+  // By Ceres' problem, which is not what found the state.
+  if (problem_->NeedsCorrection()) problem_->UpdateCorrection();
+  point.relative_gradient = CheckEquilibrium(problem_).relative_gradient;
   on_point(point);
 }
 
@@ -135,7 +137,6 @@ MixedIteration::Summary PathFollowing::Correct(const Eigen::VectorXd* control,
         gradient, summary.relative_gradient, previous, options_.gradient_tolerance);
     previous = summary.relative_gradient;
     if (balanced && std::abs(left) <= kStep * std::abs(step)) {
-      relative_gradient_ = summary.relative_gradient;
       summary.converged = true;
       problem_->SetAngleReferences();
       return summary;

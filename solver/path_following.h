@@ -29,7 +29,7 @@ class PathFollowing {
     int iterations = 0;
     Stability stability;
     bool limit_point = false;  // the load factor has an extremum here
-    double relative_gradient = 0.0;
+    double relative_gradient = 0.0;  // by Ceres
   };
   // The problem is in the state of the point.
   using OnPoint = std::function<void(const Point& point)>;
@@ -73,7 +73,6 @@ class PathFollowing {
   Deadline deadline_;
   std::vector<std::string>* decisions_;
   MixedIteration mixed_;
-  double relative_gradient_ = 0.0;
 };
 
 }  // namespace darboux
