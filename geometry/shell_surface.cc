@@ -1,6 +1,8 @@
 #include "geometry/shell_surface.h"
 
-#include <Eigen/Geometry>
+#include <glog/logging.h>
+
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +13,52 @@
 
 namespace darboux {
 namespace {
+
+// The triangle (a, b, c) in element coordinates; the rule on it, nested towards the corners of
+// `mask`.
+void AddNested(const std::vector<TrianglePoint>& rule,
+               const std::array<Eigen::Vector2d, 3>& corner,
+               unsigned mask,
+               int rings,
+               std::vector<TrianglePoint>* points) {
+  if (mask == 0 || rings == 0) {
+    const Eigen::Vector2d a = corner[1] - corner[0], b = corner[2] - corner[0];
+    const double area = std::abs(a.x() * b.y() - a.y() * b.x());
+    for (const TrianglePoint& p : rule) {
+      const Eigen::Vector2d x = corner[0] + p.s * a + p.t * b;
+      points->push_back({x.x(), x.y(), p.weight * area});
+    }
+    return;
+  }
+  std::array<Eigen::Vector2d, 3> middle;  // opposite to corner k
+  for (int k = 0; k < 3; ++k) middle[k] = 0.5 * (corner[(k + 1) % 3] + corner[(k + 2) % 3]);
+  AddNested(rule, middle, 0, 0, points);
+  for (int k = 0; k < 3; ++k) {
+    std::array<Eigen::Vector2d, 3> part;
+    part[k] = corner[k];
+    part[(k + 1) % 3] = middle[(k + 2) % 3];
+    part[(k + 2) % 3] = middle[(k + 1) % 3];
+    AddNested(rule, part, mask & (1u << k), rings - 1, points);
+  }
+}
+
+// The rule of `num_points` for elements whose corners in `mask` are extraordinary vertices.
+const std::vector<TrianglePoint>& NestedRule(int num_points, unsigned mask) {
+  static const auto* const rules = [] {
+    auto* result = new std::map<std::pair<int, unsigned>, std::vector<TrianglePoint>>;
+    for (const int n : {1, 3, 6, 12}) {
+      for (unsigned m = 1; m < 8; ++m) {
+        AddNested(TriangleQuadrature(n),
+                  {Eigen::Vector2d(0.0, 0.0), Eigen::Vector2d(1.0, 0.0), Eigen::Vector2d(0.0, 1.0)},
+                  m,
+                  ShellSurface::kRings,
+                  &(*result)[{n, m}]);
+      }
+    }
+    return result;
+  }();
+  return rules->at({num_points, mask});
+}
 
 // Regular elements share one table of basis values per rule.
 const std::vector<BasisMatrix>& RegularTable(int num_points) {
@@ -31,26 +79,51 @@ const std::vector<BasisMatrix>& RegularTable(int num_points) {
 ShellSurface::ShellSurface(std::shared_ptr<const ParametricSurface> surface,
                            const ParameterDomain::Options& domain,
                            Ghosts ghosts)
-    : surface_(std::move(surface)), domain_(domain), basis_(domain_.mesh()) {
+    : surface_(std::move(surface)), domain_(domain), basis_(domain_->mesh()) {
   if (ghosts == Ghosts::kFolded) FoldGhosts();
   active_.assign(mesh().num_vertices, 0);
+  FindSizes();
+}
+
+ShellSurface::ShellSurface(LoopMesh mesh) : loop_(std::move(mesh)), basis_(loop_.mesh) {
+  active_.assign(loop_.mesh.num_vertices, 0);
+  std::vector<int> valence(loop_.mesh.num_vertices, 0);
+  for (const auto& triangle : loop_.mesh.triangles) {
+    for (const int vertex : triangle) ++valence[vertex];
+  }
+  extraordinary_.assign(num_elements(), 0);
+  for (int e = 0; e < num_elements(); ++e) {
+    for (int k = 0; k < 3; ++k) {
+      if (valence[loop_.mesh.triangles[e][k]] != 6) extraordinary_[e] |= 1u << k;
+    }
+  }
+  FindSizes();
+}
+
+void ShellSurface::FindSizes() {
   for (int e = 0; e < num_elements(); ++e) {
     for (const int vertex : control_vertices(e)) active_[vertex] = 1;
   }
   num_active_ = static_cast<int>(std::count(active_.begin(), active_.end(), 1));
+  constexpr double kCorner[3][2] = {{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}};
+  std::vector<char> seen(mesh().num_vertices, 0);
   Eigen::AlignedBox3d box;
   for (int e = 0; e < num_elements(); ++e) {
     const RestJet jet = Rest({e, 1.0 / 3.0, 1.0 / 3.0});
     area_ += 0.5 * jet.x_s.cross(jet.x_t).norm();
-    box.extend(Position({e, 0.0, 0.0}));
-    box.extend(Position({e, 1.0, 0.0}));
-    box.extend(Position({e, 0.0, 1.0}));
+    for (int k = 0; k < 3; ++k) {
+      char& known = seen[mesh().triangles[e][k]];
+      if (known) continue;
+      known = 1;
+      vertex_points_.push_back({e, kCorner[k][0], kCorner[k][1]});
+      box.extend(Position(vertex_points_.back()));
+    }
   }
   size_ = box.diagonal().norm();
 }
 
 void ShellSurface::FoldGhosts() {
-  const auto folded = domain_.FoldedGhosts();
+  const auto folded = domain_->FoldedGhosts();
   folds_.resize(num_elements());
   for (int e = 0; e < num_elements(); ++e) {
     const std::vector<int>& ring = basis_.control_vertices(e);
@@ -71,23 +144,42 @@ void ShellSurface::FoldGhosts() {
 }
 
 std::array<double, 2> ShellSurface::Parameters(const ElementPoint& point) const {
-  const auto q = domain_.Lattice(point);
-  return {domain_.Parameter(0, q[0])[0], domain_.Parameter(1, q[1])[0]};
+  if (!is_parametric()) return {0.0, 0.0};
+  const auto q = domain_->Lattice(point);
+  return {domain_->Parameter(0, q[0])[0], domain_->Parameter(1, q[1])[0]};
 }
 
 Eigen::Vector3d ShellSurface::Position(const ElementPoint& point) const {
-  return ParametricJet(point).x;
+  if (is_parametric()) return ParametricJet(point).x;
+  const Eigen::VectorXd weights = ValueWeights(point);
+  const std::vector<int>& vertices = control_vertices(point.element);
+  Eigen::Vector3d x = Eigen::Vector3d::Zero();
+  for (size_t i = 0; i < vertices.size(); ++i) x += weights[i] * loop_.points.col(vertices[i]);
+  return x;
 }
 
 SurfaceJet ShellSurface::ParametricJet(const ElementPoint& point) const {
+  CHECK(is_parametric());
   const auto uv = Parameters(point);
   return surface_->Evaluate(uv[0], uv[1]);
 }
 
+RestJet ShellSurface::Rest(int element, const BasisMatrix& basis) const {
+  Eigen::Matrix<double, 3, 6> jet = Eigen::Matrix<double, 3, 6>::Zero();
+  const std::vector<int>& vertices = control_vertices(element);
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    jet += loop_.points.col(vertices[i]) * basis.col(i).transpose();
+  }
+  return {jet.col(kValue), jet.col(kDs), jet.col(kDt), jet.col(kDss), jet.col(kDst), jet.col(kDtt)};
+}
+
 RestJet ShellSurface::Rest(const ElementPoint& point) const {
-  const auto q = domain_.Lattice(point);
-  const auto u = domain_.Parameter(0, q[0]);
-  const auto v = domain_.Parameter(1, q[1]);
+  if (!is_parametric()) {
+    return Rest(point.element, basis_.Evaluate(point.element, point.s, point.t));
+  }
+  const auto q = domain_->Lattice(point);
+  const auto u = domain_->Parameter(0, q[0]);
+  const auto v = domain_->Parameter(1, q[1]);
   const SurfaceJet jet = surface_->Evaluate(u[0], v[0]);
   // Grading: sigma as a function of the lattice coordinates.
   const Eigen::Vector3d x_1 = jet.x_u * u[1];
@@ -109,6 +201,19 @@ RestJet ShellSurface::Rest(const ElementPoint& point) const {
 StrainPoint ShellSurface::MakePoint(const ElementPoint& point,
                                     const BasisMatrix& basis,
                                     double quadrature_weight) const {
+  if (!is_parametric()) {
+    // t1 along a coordinate axis as the tangent plane sees it: the same from all elements around.
+    const RestJet rest = Rest(point.element, basis);
+    const Eigen::Vector3d normal = rest.x_s.cross(rest.x_t);
+    constexpr double kSteep = 0.9;
+    const bool steep = std::abs(normal.x()) > kSteep * normal.norm();
+    const Eigen::Vector3d axis = steep ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitX();
+    return MakeStrainPoint(
+        rest,
+        basis,
+        Eigen::Vector2d(rest.x_t.cross(normal).dot(axis), normal.cross(rest.x_s).dot(axis)),
+        quadrature_weight);
+  }
   // t1 along the u-line: (1, 0) in the lattice is s for even elements, s - t for odd ones.
   const Eigen::Vector2d u_line =
       point.element % 2 == 0 ? Eigen::Vector2d(1.0, 0.0) : Eigen::Vector2d(1.0, -1.0);
@@ -127,8 +232,13 @@ Eigen::VectorXd ShellSurface::ValueWeights(const ElementPoint& point) const {
   return folds_[point.element].matrix.transpose() * basis.row(kValue).transpose();
 }
 
+const std::vector<TrianglePoint>& ShellSurface::Rule(int element, int num_points) const {
+  if (extraordinary_.empty() || extraordinary_[element] == 0) return TriangleQuadrature(num_points);
+  return NestedRule(num_points, extraordinary_[element]);
+}
+
 std::vector<StrainPoint> ShellSurface::QuadraturePoints(int element, int num_points) const {
-  const auto& rule = TriangleQuadrature(num_points);
+  const auto& rule = Rule(element, num_points);
   std::vector<StrainPoint> points;
   points.reserve(rule.size());
   for (size_t k = 0; k < rule.size(); ++k) {
@@ -141,11 +251,22 @@ std::vector<StrainPoint> ShellSurface::QuadraturePoints(int element, int num_poi
 }
 
 void ShellSurface::EvaluateAreaPoint(int element, int num_points, int k, AreaPoint* point) const {
-  const TrianglePoint& rule = TriangleQuadrature(num_points)[k];
+  const TrianglePoint& rule = Rule(element, num_points)[k];
   point->at = {element, rule.s, rule.t};
-  const auto q = domain_.Lattice(point->at);
-  const auto u = domain_.Parameter(0, q[0]);
-  const auto v = domain_.Parameter(1, q[1]);
+  if (!is_parametric()) {
+    const BasisMatrix basis = basis_.IsRegular(element) ? RegularTable(num_points)[k]
+                                                        : basis_.Evaluate(element, rule.s, rule.t);
+    const RestJet rest = Rest(element, basis);
+    const Eigen::Vector3d normal = rest.x_s.cross(rest.x_t);
+    point->position = rest.x;
+    point->n = normal.normalized();
+    point->area = rule.weight * normal.norm();
+    point->values = basis.row(kValue);
+    return;
+  }
+  const auto q = domain_->Lattice(point->at);
+  const auto u = domain_->Parameter(0, q[0]);
+  const auto v = domain_->Parameter(1, q[1]);
   const SurfaceJet jet = surface_->Evaluate(u[0], v[0]);
   // Both kinds of elements are half a lattice cell with its orientation.
   const Eigen::Vector3d normal = jet.x_u.cross(jet.x_v) * (u[1] * v[1]);
@@ -161,17 +282,22 @@ void ShellSurface::EvaluateAreaPoint(int element, int num_points, int k, AreaPoi
 }
 
 ShellSurface::CurvePoint ShellSurface::MakeCurvePoint(const ElementPoint& at,
-                                                      const Eigen::Vector2d& lattice_direction,
+                                                      const Eigen::Vector2d& direction,
                                                       double weight) const {
   CurvePoint result;
   result.at = at;
   result.point = MakePoint(at);
-  const auto q = domain_.Lattice(at);
-  const auto u = domain_.Parameter(0, q[0]);
-  const auto v = domain_.Parameter(1, q[1]);
-  const SurfaceJet jet = surface_->Evaluate(u[0], v[0]);
-  const Eigen::Vector3d velocity =
-      jet.x_u * (u[1] * lattice_direction.x()) + jet.x_v * (v[1] * lattice_direction.y());
+  Eigen::Vector3d velocity;
+  if (is_parametric()) {
+    const auto q = domain_->Lattice(at);
+    const auto u = domain_->Parameter(0, q[0]);
+    const auto v = domain_->Parameter(1, q[1]);
+    const SurfaceJet jet = surface_->Evaluate(u[0], v[0]);
+    velocity = jet.x_u * (u[1] * direction.x()) + jet.x_v * (v[1] * direction.y());
+  } else {
+    const RestJet rest = Rest(at);
+    velocity = direction.x() * rest.x_s + direction.y() * rest.x_t;
+  }
   result.point.area = weight * velocity.norm();
   result.tangent =
       Eigen::Vector2d(velocity.dot(result.point.t1), velocity.dot(result.point.t2)).normalized();
@@ -179,12 +305,36 @@ ShellSurface::CurvePoint ShellSurface::MakeCurvePoint(const ElementPoint& at,
   return result;
 }
 
+bool ShellSurface::HasSide(Side side) const {
+  const int loop = static_cast<int>(side) - static_cast<int>(Loop(0));
+  return loop < 0 ? is_parametric() && domain_->HasSide(side) : loop < num_loops();
+}
+
+bool ShellSurface::IsClosed(Side side) const {
+  if (!is_parametric()) return true;
+  const bool along_v = side == Side::kUMin || side == Side::kUMax;
+  return domain_->options().periodic[along_v ? 1 : 0];
+}
+
+std::vector<ParameterDomain::BoundaryEdge> ShellSurface::BoundaryEdges(Side side) const {
+  if (is_parametric()) return domain_->BoundaryEdges(side);
+  std::vector<ParameterDomain::BoundaryEdge> edges;
+  for (const auto& edge : loop_.loops[static_cast<int>(side) - static_cast<int>(Loop(0))]) {
+    edges.push_back({edge.element, edge.begin, edge.end, side});
+  }
+  return edges;
+}
+
 std::vector<ShellSurface::CurvePoint> ShellSurface::SidePoints(Side side,
                                                                int points_per_edge) const {
   std::vector<CurvePoint> points;
-  for (const auto& edge : domain_.BoundaryEdges(side)) {
-    const auto q0 = domain_.Lattice(edge.begin);
-    const auto q1 = domain_.Lattice(edge.end);
+  for (const auto& edge : BoundaryEdges(side)) {
+    const std::array<double, 2> q0 = is_parametric()
+                                         ? domain_->Lattice(edge.begin)
+                                         : std::array<double, 2>{edge.begin.s, edge.begin.t};
+    const std::array<double, 2> q1 = is_parametric()
+                                         ? domain_->Lattice(edge.end)
+                                         : std::array<double, 2>{edge.end.s, edge.end.t};
     for (const LinePoint& p : LineQuadrature(points_per_edge)) {
       const ElementPoint at{edge.element,
                             edge.begin.s + p.x * (edge.end.s - edge.begin.s),
@@ -203,12 +353,12 @@ std::vector<ShellSurface::CurvePoint> ShellSurface::ParameterLinePoints(int para
                                                                         double value,
                                                                         int points_per_edge) const {
   const int along = 1 - parameter;
-  const double fixed = domain_.LatticeCoordinate(parameter, value);
+  const double fixed = domain_->LatticeCoordinate(parameter, value);
   const double cell = std::floor(fixed);
   // Between lattice lines the curve crosses the diagonal of every cell; both parts get a rule.
   const double crossing = fixed - cell;
   std::vector<CurvePoint> points;
-  for (int k = 0; k < domain_.options().divisions[along]; ++k) {
+  for (int k = 0; k < domain_->options().divisions[along]; ++k) {
     std::vector<double> ends = {0.0, 1.0};
     if (crossing > 1e-12 && crossing < 1.0 - 1e-12) ends.insert(ends.begin() + 1, crossing);
     for (size_t piece = 0; piece + 1 < ends.size(); ++piece) {
@@ -216,7 +366,7 @@ std::vector<ShellSurface::CurvePoint> ShellSurface::ParameterLinePoints(int para
       for (const LinePoint& p : LineQuadrature(points_per_edge)) {
         const double q = k + ends[piece] + p.x * length;
         const ElementPoint at =
-            parameter == 0 ? domain_.LocateLattice(fixed, q) : domain_.LocateLattice(q, fixed);
+            parameter == 0 ? domain_->LocateLattice(fixed, q) : domain_->LocateLattice(q, fixed);
         const Eigen::Vector2d direction =
             parameter == 0 ? Eigen::Vector2d::UnitY() : Eigen::Vector2d::UnitX();
         points.push_back(MakeCurvePoint(at, direction, p.weight * length));
@@ -226,10 +376,92 @@ std::vector<ShellSurface::CurvePoint> ShellSurface::ParameterLinePoints(int para
   return points;
 }
 
+ElementPoint ShellSurface::ClosestPointOnMesh(const Eigen::Vector3d& x) const {
+  // Elements by the distance of their middle; the nearest point is on one of the first few, or the
+  // mesh is too coarse for its own shape.
+  constexpr int kCandidates = 24;
+  std::vector<std::pair<double, int>> order;
+  for (int e = 0; e < num_elements(); ++e) {
+    // The middle of the control triangle will do.
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const int vertex : mesh().triangles[e]) middle += loop_.points.col(vertex) / 3.0;
+    order.push_back({(middle - x).squaredNorm(), e});
+  }
+  const size_t count = std::min<size_t>(order.size(), kCandidates);
+  std::partial_sort(order.begin(), order.begin() + count, order.end());
+  ElementPoint best;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (size_t c = 0; c < count; ++c) {
+    const int e = order[c].second;
+    for (const Eigen::Vector2d& start : {Eigen::Vector2d(1.0 / 3.0, 1.0 / 3.0),
+                                         Eigen::Vector2d(0.1, 0.1),
+                                         Eigen::Vector2d(0.8, 0.1),
+                                         Eigen::Vector2d(0.1, 0.8)}) {
+      Eigen::Vector2d q = start;
+      double value = (Position({e, q.x(), q.y()}) - x).squaredNorm();
+      // Gauss-Newton with the curvature where it helps, within the triangle; along an edge once it
+      // is reached.
+      for (int iteration = 0; iteration < 40; ++iteration) {
+        const RestJet jet = Rest({e, q.x(), q.y()});
+        Eigen::Matrix<double, 3, 2> j;
+        j << jet.x_s, jet.x_t;
+        const Eigen::Vector3d r = jet.x - x;
+        const Eigen::Vector2d gradient = j.transpose() * r;
+        Eigen::Matrix2d hessian = j.transpose() * j, newton = hessian;
+        newton(0, 0) += r.dot(jet.x_ss);
+        newton(1, 1) += r.dot(jet.x_tt);
+        newton(0, 1) += r.dot(jet.x_st);
+        newton(1, 0) = newton(0, 1);
+        if (newton(0, 0) > 0.0 && newton.determinant() > 1e-6 * hessian.determinant() &&
+            newton.allFinite()) {
+          hessian = newton;
+        }
+        // The whole plane, then along each edge: the first that descends within the triangle.
+        bool moved = false;
+        const Eigen::Vector2d edges[3] = {{1.0, 0.0}, {0.0, 1.0}, {1.0, -1.0}};
+        for (int way = 0; way < 4 && !moved; ++way) {
+          Eigen::Vector2d step;
+          if (way == 0) {
+            step = -hessian.ldlt().solve(gradient);
+          } else {
+            const Eigen::Vector2d& d = edges[way - 1];
+            step = -(d.dot(gradient) / d.dot(hessian * d)) * d;
+          }
+          // Up to the boundary of the triangle.
+          double part = 1.0;
+          const auto limit = [&part](double at, double change) {
+            if (at + change < 0.0) part = std::min(part, std::max(0.0, -at / change));
+          };
+          limit(q.x(), step.x());
+          limit(q.y(), step.y());
+          limit(1.0 - q.x() - q.y(), -step.x() - step.y());
+          for (double factor = part; factor > 1e-4 * part && !moved; factor *= 0.5) {
+            Eigen::Vector2d trial = (q + factor * step).cwiseMax(0.0);
+            if (trial.sum() > 1.0) trial /= trial.sum();
+            const double there = (Position({e, trial.x(), trial.y()}) - x).squaredNorm();
+            if (there < value) {
+              moved = (trial - q).norm() > 1e-14;
+              q = trial;
+              value = there;
+            }
+          }
+        }
+        if (!moved) break;
+      }
+      if (value < nearest) {
+        nearest = value;
+        best = {e, q.x(), q.y()};
+      }
+    }
+  }
+  return best;
+}
+
 ElementPoint ShellSurface::ClosestPoint(const Eigen::Vector3d& x) const {
-  const int m = domain_.options().divisions[0], n = domain_.options().divisions[1];
+  if (!is_parametric()) return ClosestPointOnMesh(x);
+  const int m = domain_->options().divisions[0], n = domain_->options().divisions[1];
   const auto distance = [&](double q1, double q2) {
-    return (Position(domain_.LocateLattice(q1, q2)) - x).squaredNorm();
+    return (Position(domain_->LocateLattice(q1, q2)) - x).squaredNorm();
   };
   // Candidates: lattice points at half steps that are no farther than their neighbours.
   const int rows = 2 * n + 1, columns = 2 * m + 1;
@@ -261,8 +493,8 @@ ElementPoint ShellSurface::ClosestPoint(const Eigen::Vector3d& x) const {
     // Damped Newton within the rectangle, Gauss-Newton where the distance is not convex. A
     // coordinate at its bound is free to come back.
     for (int iteration = 0; iteration < 50; ++iteration) {
-      const auto u = domain_.Parameter(0, q.x());
-      const auto v = domain_.Parameter(1, q.y());
+      const auto u = domain_->Parameter(0, q.x());
+      const auto v = domain_->Parameter(1, q.y());
       const SurfaceJet jet = surface_->Evaluate(u[0], v[0]);
       Eigen::Matrix<double, 3, 2> j;
       j << jet.x_u * u[1], jet.x_v * v[1];
@@ -317,7 +549,7 @@ ElementPoint ShellSurface::ClosestPoint(const Eigen::Vector3d& x) const {
       best_q = q;
     }
   }
-  return domain_.LocateLattice(best_q.x(), best_q.y());
+  return domain_->LocateLattice(best_q.x(), best_q.y());
 }
 
 }  // namespace darboux

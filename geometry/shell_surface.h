@@ -3,18 +3,24 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "geometry/loop_basis.h"
+#include "geometry/loop_mesh.h"
 #include "geometry/parameter_domain.h"
 #include "geometry/parametric_surface.h"
+#include "geometry/quadrature.h"
 #include "geometry/strain_point.h"
 
 namespace darboux {
 
-// The rest state of a shell: exact parametric middle surface under a Loop space of displacements.
-// The displacement delta is added to the exact sigma, so curved rest shapes carry no
-// discretisation error of their own.
+// The rest state of a shell under a Loop space of displacements delta. The middle surface is
+//
+//   parametric: the exact sigma, so that curved rest shapes carry no discretisation error of their
+//     own; finite rotations of a curved shape are only approximated by delta;
+//   a mesh: the Loop limit of control points, of any topology; isoparametric, so that finite rigid
+//     motions are exact.
 class ShellSurface {
  public:
   // How the control vertices of the ghost ring are treated.
@@ -26,9 +32,12 @@ class ShellSurface {
   ShellSurface(std::shared_ptr<const ParametricSurface> surface,
                const ParameterDomain::Options& domain,
                Ghosts ghosts = Ghosts::kIndependent);
+  explicit ShellSurface(LoopMesh mesh);
 
-  const ParameterDomain& domain() const { return domain_; }
-  const ControlMesh& mesh() const { return domain_.mesh(); }
+  bool is_parametric() const { return domain_.has_value(); }
+  // Parametric surfaces only.
+  const ParameterDomain& domain() const { return *domain_; }
+  const ControlMesh& mesh() const { return domain_ ? domain_->mesh() : loop_.mesh; }
   const LoopBasis& basis() const { return basis_; }
   int num_elements() const { return mesh().num_elements; }
   // Control vertices that the displacement on an element depends on; the columns of
@@ -40,10 +49,14 @@ class ShellSurface {
   bool IsActive(int vertex) const { return active_[vertex]; }
   int num_active_vertices() const { return num_active_; }
 
+  // (0, 0) on a mesh.
   std::array<double, 2> Parameters(const ElementPoint& point) const;
   Eigen::Vector3d Position(const ElementPoint& point) const;
   // Derivatives through third order in (u, v): principal curvatures and their derivatives.
+  // Parametric surfaces only.
   SurfaceJet ParametricJet(const ElementPoint& point) const;
+  // An element point at each vertex that elements have.
+  const std::vector<ElementPoint>& vertex_points() const { return vertex_points_; }
 
   // One point with its weights; area = quadrature_weight * |x_s x x_t|.
   StrainPoint MakePoint(const ElementPoint& point, double quadrature_weight = 0.0) const;
@@ -51,7 +64,12 @@ class ShellSurface {
   // Limit values of the basis alone, one per control vertex: row kRowValue of MakePoint's weights.
   Eigen::VectorXd ValueWeights(const ElementPoint& point) const;
 
-  // Points of the triangle rule of `num_points` on one element.
+  // The triangle rule of `num_points` on an element. At extraordinary vertices second derivatives
+  // are unbounded (but square-integrable): there the element is cut into kRings nested rings, each
+  // a quarter of the last, and every piece has the rule.
+  const std::vector<TrianglePoint>& Rule(int element, int num_points) const;
+  static constexpr int kRings = 6;
+  // Its points.
   std::vector<StrainPoint> QuadraturePoints(int element, int num_points) const;
 
   // The part of a StrainPoint that a load needs: no derivative of the basis.
@@ -65,7 +83,8 @@ class ShellSurface {
   template <typename Use>
   void ForEachAreaPoint(int element, int num_points, const Use& use) const {
     AreaPoint point;
-    for (int k = 0; k < num_points; ++k) {
+    const int count = static_cast<int>(Rule(element, num_points).size());
+    for (int k = 0; k < count; ++k) {
       EvaluateAreaPoint(element, num_points, k, &point);
       use(const_cast<const AreaPoint&>(point));
     }
@@ -79,6 +98,13 @@ class ShellSurface {
     StrainPoint point;
     Eigen::Vector2d tangent, conormal;
   };
+  // Boundary loops of a mesh are sides as well: Loop(0), Loop(1), ...; those of a parametric
+  // surface have the names of Side.
+  static Side Loop(int k) { return static_cast<Side>(4 + k); }
+  int num_loops() const { return static_cast<int>(loop_.loops.size()); }
+  bool HasSide(Side side) const;
+  bool IsClosed(Side side) const;
+  std::vector<ParameterDomain::BoundaryEdge> BoundaryEdges(Side side) const;
   // `points_per_edge` Gauss points on every element edge of a side (1..5).
   std::vector<CurvePoint> SidePoints(Side side, int points_per_edge) const;
   // The same on the line u = value (parameter 0) or v = value (parameter 1).
@@ -86,8 +112,8 @@ class ShellSurface {
                                               double value,
                                               int points_per_edge) const;
 
-  // The surface point nearest to x (global: lattice search, then Newton's method with bounds from
-  // the best candidates).
+  // The surface point nearest to x (global: search over the lattice or the elements, then Newton's
+  // method with bounds from the best candidates).
   ElementPoint ClosestPoint(const Eigen::Vector3d& x) const;
 
   // Diameter of the bounding box of the element corners: the length scale of the problem.
@@ -95,13 +121,17 @@ class ShellSurface {
   double area() const { return area_; }
 
  private:
+  void FindSizes();
   RestJet Rest(const ElementPoint& point) const;
+  RestJet Rest(int element, const BasisMatrix& basis) const;
+  ElementPoint ClosestPointOnMesh(const Eigen::Vector3d& x) const;
   void EvaluateAreaPoint(int element, int num_points, int k, AreaPoint* point) const;
   StrainPoint MakePoint(const ElementPoint& point,
                         const BasisMatrix& basis,
                         double quadrature_weight) const;
+  // The direction is in lattice coordinates, of a mesh in those of the element.
   CurvePoint MakeCurvePoint(const ElementPoint& at,
-                            const Eigen::Vector2d& lattice_direction,
+                            const Eigen::Vector2d& direction,
                             double weight) const;
 
   // Columns of the Loop basis of an element -> columns of its control_vertices.
@@ -112,9 +142,12 @@ class ShellSurface {
   void FoldGhosts();
 
   std::shared_ptr<const ParametricSurface> surface_;
-  ParameterDomain domain_;
+  std::optional<ParameterDomain> domain_;
+  LoopMesh loop_;  // where there is no domain_
   LoopBasis basis_;
-  std::vector<Fold> folds_;  // per element; empty where ghosts are independent
+  std::vector<ElementPoint> vertex_points_;
+  std::vector<unsigned char> extraordinary_;  // per element: bit k = corner k; empty: none at all
+  std::vector<Fold> folds_;                   // per element; empty where ghosts are independent
   std::vector<char> active_;
   int num_active_ = 0;
   double size_ = 0.0;

@@ -37,19 +37,24 @@ FieldSite MakeFieldSite(const ShellSurface& surface, const ElementPoint& at) {
   site.point = surface.MakePoint(at);
   site.uv = surface.Parameters(at);
   const std::optional<SurfaceInvariants> invariants =
-      EvaluateSurfaceInvariants(surface.ParametricJet(at));
+      surface.is_parametric() ? EvaluateSurfaceInvariants(surface.ParametricJet(at)) : std::nullopt;
   if (invariants) {
     site.principal_curvatures = invariants->kappa;
     site.principal_direction_1 = invariants->t1;
     site.principal_direction_2 = invariants->t2;
   } else {
-    // Parameters all but dependent, where the directions have no digits left; the mean is accurate.
+    // A mesh, or parameters all but dependent, where the directions have no digits left; the mean
+    // is accurate.
     const StrainPoint& p = site.point;
-    const double mean = 0.5 * (p.b11 + p.b22);
-    const double radius = std::hypot(0.5 * (p.b11 - p.b22), p.b12);
+    const double mean = 0.5 * (p.b11 + p.b22), half = 0.5 * (p.b11 - p.b22);
+    const double radius = std::hypot(half, p.b12);
     site.principal_curvatures = Eigen::Vector2d(mean + radius, mean - radius);
-    site.principal_direction_1 = p.t1;
-    site.principal_direction_2 = p.t2;
+    // Umbilics have no direction of their own.
+    constexpr double kUmbilic = 1e-9;
+    const bool umbilic = surface.is_parametric() || !(radius > kUmbilic * std::abs(mean));
+    const double angle = umbilic ? 0.0 : 0.5 * std::atan2(p.b12, half);
+    site.principal_direction_1 = std::cos(angle) * p.t1 + std::sin(angle) * p.t2;
+    site.principal_direction_2 = std::cos(angle) * p.t2 - std::sin(angle) * p.t1;
   }
   return site;
 }

@@ -120,6 +120,7 @@ bool SolveLinearByCeres(ShellProblem* problem,
     if (pass > 0) problem->UpdateMultipliers();
     ceres::Solver::Summary ceres_summary;
     ceres::Solve(ceres_options, problem->problem(), &ceres_summary);
+    problem->KeepMeanForces();
     *iterations += static_cast<int>(ceres_summary.iterations.size()) - 1;
     if (!ceres_summary.IsSolutionUsable()) {
       *message = "the linear solver failed: " + ceres_summary.message;
@@ -152,7 +153,8 @@ bool SolveLinearDirectly(ShellProblem* problem,
   if (options.num_threads > 1) builder = std::thread([problem] { problem->problem(); });
   TangentStiffness tangent(problem, options.backend, options.num_threads);
   if (builder.joinable()) builder.join();
-  const std::unique_ptr<SparseCholesky> cholesky = SparseCholesky::Create(options.backend);
+  const auto cholesky = std::make_unique<UpdatedCholesky>(SparseCholesky::Create(options.backend));
+  cholesky->SetUpdate(tangent.update_vectors(), tangent.update_weights());
   Eigen::VectorXd gradient;
   TangentStiffness::Request request;
   request.gradient = &gradient;
@@ -212,6 +214,7 @@ double RoundingFloor(ShellProblem* problem, double reference) {
 
 Equilibrium CheckEquilibrium(ShellProblem* problem) {
   Equilibrium result;
+  problem->HoldHere();
   const Eigen::Matrix3Xd supports = problem->Gradient(Effect::kSupports);
   const Eigen::Matrix3Xd loads = problem->Gradient(Effect::kLoads);
   result.loads = loads.norm();
@@ -311,6 +314,7 @@ bool Descend(ShellProblem* problem,
     ceres_options.callbacks.push_back(&stop);
     ceres::Solver::Summary ceres_summary;
     ceres::Solve(ceres_options, problem->problem(), &ceres_summary);
+    problem->KeepMeanForces();
     *iterations += static_cast<int>(ceres_summary.iterations.size()) - 1;
     *equilibrium = CheckEquilibrium(problem);
     if (deadline.Stopped() || deadline.TimedOut()) {
@@ -424,6 +428,7 @@ bool DescendByConjugateGradients(ShellProblem* problem,
     ceres_options.callbacks.push_back(&stop);
     ceres::Solver::Summary ceres_summary;
     ceres::Solve(ceres_options, problem->problem(), &ceres_summary);
+    problem->KeepMeanForces();
     const int used = static_cast<int>(ceres_summary.iterations.size()) - 1;
     *iterations += used;
     *equilibrium = CheckEquilibrium(problem);

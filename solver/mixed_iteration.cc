@@ -22,8 +22,10 @@ constexpr double kMaxBend = 0.75;
 MixedIteration::MixedIteration(ShellProblem* problem, SparseBackend backend, int num_threads)
     : problem_(problem),
       tangent_(problem, backend, num_threads),
-      cholesky_(SparseCholesky::Create(backend)),
-      stresses_(tangent_.num_points(), TangentStiffness::Stress::Zero()) {}
+      cholesky_(std::make_unique<UpdatedCholesky>(SparseCholesky::Create(backend))),
+      stresses_(tangent_.num_points(), TangentStiffness::Stress::Zero()) {
+  cholesky_->SetUpdate(tangent_.update_vectors(), tangent_.update_weights());
+}
 
 bool MixedIteration::SetStresses() {
   TangentStiffness::Request request;
@@ -75,10 +77,14 @@ void MixedIteration::SettleSupports() {
   problem_->UpdateMultipliers();
 }
 
-int MixedIteration::Factorize() {
+bool MixedIteration::FactorizePositive() {
   if (!analysed_) cholesky_->Analyze(tangent_.matrix());
   analysed_ = true;
-  if (cholesky_->Factorize(tangent_.matrix())) return 0;
+  return cholesky_->Factorize(tangent_.matrix());
+}
+
+int MixedIteration::Factorize() {
+  if (FactorizePositive()) return 0;
   return cholesky_->FactorizeIndefinite(tangent_.matrix());
 }
 
@@ -151,17 +157,15 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
     }
     ++summary.iterations;
 
-    if (!analysed_) cholesky_->Analyze(tangent_.matrix());
-    analysed_ = true;
     ++summary.factorisations;
-    bool factorised = cholesky_->Factorize(tangent_.matrix());
+    bool factorised = FactorizePositive();
     if (!factorised) ++summary.scaled;
     for (const double factor : {0.5, 0.25, 0.125, 0.0}) {
       if (factorised) break;
       again.stress_factor = factor;
       if (!tangent_.Evaluate(again)) break;
       ++summary.factorisations;
-      factorised = cholesky_->Factorize(tangent_.matrix());
+      factorised = FactorizePositive();
     }
     if (!factorised) {
       summary.message = "the stiffness matrix is singular or nearly so";

@@ -66,6 +66,8 @@ class MixedIteration {
 
   // Factorises the matrix that tangent() evaluated last: the number of negative eigenvalues, or -1.
   int Factorize();
+  // The same where only a positive definite matrix will do: false for any other.
+  bool FactorizePositive();
 
   // Multipliers of the supports and the displacements that belong to them, with the last factor.
   void SettleSupports();
@@ -91,7 +93,7 @@ class MixedIteration {
 
   ShellProblem* problem_;
   TangentStiffness tangent_;
-  std::unique_ptr<SparseCholesky> cholesky_;
+  std::unique_ptr<UpdatedCholesky> cholesky_;
   TangentStiffness::StressField stresses_;
   bool analysed_ = false;
 };

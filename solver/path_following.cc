@@ -109,7 +109,8 @@ void PathFollowing::Report(const State& state,
 MixedIteration::Summary PathFollowing::Correct(const Eigen::VectorXd* control,
                                                const State& from,
                                                double step,
-                                               int max_iterations) {
+                                               int max_iterations,
+                                               double spring) {
   MixedIteration::Summary summary;
   TangentStiffness& tangent = mixed_.tangent();
   Eigen::VectorXd gradient;
@@ -117,6 +118,9 @@ MixedIteration::Summary PathFollowing::Correct(const Eigen::VectorXd* control,
   request.gradient = &gradient;
   request.matrix = true;
   request.initial_stresses = &mixed_.stresses();
+  request.control_spring = spring > 0.0;
+  TangentStiffness::Request again = request;
+  again.gradient = nullptr;
   double previous = std::numeric_limits<double>::infinity();
   while (true) {
     if (!tangent.Evaluate(request)) {
@@ -150,7 +154,22 @@ MixedIteration::Summary PathFollowing::Correct(const Eigen::VectorXd* control,
     }
     ++summary.iterations;
     ++summary.factorisations;
-    if (mixed_.Factorize() < 0) {
+    if (spring > 0.0) {
+      bool factorised = mixed_.FactorizePositive();
+      if (!factorised) ++summary.scaled;
+      for (const double factor : {0.5, 0.25, 0.125, 0.0}) {
+        if (factorised) break;
+        again.stress_factor = factor;
+        if (!tangent.Evaluate(again)) break;
+        ++summary.factorisations;
+        factorised = mixed_.FactorizePositive();
+      }
+      if (!factorised) {
+        summary.message = "the stiffness matrix is singular or nearly so";
+        return summary;
+      }
+      gradient -= spring * left * *control;
+    } else if (mixed_.Factorize() < 0) {
       summary.message = "the stiffness matrix is singular";
       return summary;
     }
@@ -189,6 +208,11 @@ bool PathFollowing::FollowDisplacement(const OnPoint& on_point, std::string* mes
   const std::vector<int>& vertices = problem_->surface().control_vertices(at.element);
   for (size_t i = 0; i < vertices.size(); ++i) weights(path.component, vertices[i]) += values[i];
   const Eigen::VectorXd control = mixed_.tangent().Reduce(weights);
+  // Stiff beside anything that the shell can set against it.
+  const double spring = 10.0 * problem_->scaled_material().MembraneStiffness();
+  Eigen::Matrix3Xd local(3, vertices.size());
+  for (size_t i = 0; i < vertices.size(); ++i) local.col(i) = weights.col(vertices[i]);
+  mixed_.tangent().SetControlSpring(at.element, local, spring);
 
   State good = Present(nullptr);
   const int steps = problem_->scene().steps;
@@ -203,7 +227,8 @@ bool PathFollowing::FollowDisplacement(const OnPoint& on_point, std::string* mes
         return false;
       }
       if (std::abs(target - reached) <= std::abs(step) * (1.0 + 1e-9)) step = target - reached;
-      const MixedIteration::Summary summary = Correct(&control, good, step, 2 * kMaxIterations);
+      const MixedIteration::Summary summary =
+          Correct(&control, good, step, 2 * kMaxIterations, spring);
       iterations += summary.iterations;
       if (summary.converged) {
         reached = step == target - reached ? target : reached + step;

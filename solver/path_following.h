@@ -20,15 +20,18 @@ namespace darboux {
 //
 //   du = K^-1 (-gradient) + dfactor K^-1 q,   c . du = what is left of the step,
 //
-// c the controlled displacement, or the direction of the predictor (Riks). The matrix may be
-// indefinite: on unstable branches it is L D L^T. Inside of the solver.
+// c the controlled displacement, or the direction of the predictor (Riks). Along the arc length the
+// matrix may be indefinite: on unstable branches it is L D L^T. A controlled displacement has a
+// spring of its own in K, which changes no step and keeps K positive definite wherever the
+// controlled shell is stable; elsewhere its stress stiffness is scaled down as in the mixed
+// iteration. Inside of the solver.
 class PathFollowing {
  public:
   struct Point {
     double factor = 0.0;
     int iterations = 0;
     Stability stability;
-    bool limit_point = false;  // the load factor has an extremum here
+    bool limit_point = false;        // the load factor has an extremum here
     double relative_gradient = 0.0;  // by Ceres
   };
   // The problem is in the state of the point.
@@ -57,10 +60,12 @@ class PathFollowing {
   bool FollowDisplacement(const OnPoint& on_point, std::string* message);
   bool FollowArcLength(const OnPoint& on_point, std::string* message);
   // Solves for c . (u - from) = step with the load factor free; c null: at a fixed load factor.
+  // A spring of the stiffness given along c: as said above.
   MixedIteration::Summary Correct(const Eigen::VectorXd* control,
                                   const State& from,
                                   double step,
-                                  int max_iterations);
+                                  int max_iterations,
+                                  double spring = 0.0);
   Eigen::VectorXd LoadVector();
   // The present state with its tangent.
   State Present(const State* previous);

@@ -9,6 +9,7 @@
 
 #include "geometry/expression.h"
 #include "geometry/parametric_surface.h"
+#include "geometry/triangle_mesh.h"
 
 namespace darboux {
 
@@ -33,8 +34,13 @@ struct SceneVector {
 };
 
 struct SurfaceSpec {
-  std::string kind;  // plane, cylinder, ...
-  std::shared_ptr<const ParametricSurface> surface;
+  std::string kind;                                  // plane, cylinder, ...
+  std::shared_ptr<const ParametricSurface> surface;  // null for kinds that are meshes
+  // mesh, icosphere, implicit: control points of a Loop surface, or points that it passes through.
+  std::shared_ptr<const TriangleMesh> mesh;
+  bool interpolate = false;
+  bool is_open = true;  // has a boundary; meshes only
+  // The others are for parametric kinds only.
   std::array<double, 2> u_range{0.0, 1.0};
   std::array<double, 2> v_range{0.0, 1.0};
   std::array<int, 2> divisions{16, 16};  // cells; each cell is two triangles

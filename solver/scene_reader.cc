@@ -252,6 +252,9 @@ bool SceneParser::ReadModel(const YamlField& field) {
       valid = ReadOption(entry, StrainMeasures(), &model.strains);
     } else if (key == "boundary_rule") {
       valid = ReadOption(entry, BoundaryRules(), &model.boundary_rule);
+      if (valid && model.boundary_rule == BoundaryRule::kSeedGhosts && surface().mesh != nullptr) {
+        valid = Fail(entry, Describe(entry) + " on a mesh", "independent, or a parametric surface");
+      }
     } else if (key == "unstable") {
       valid = ReadOption(entry, UnstableChoices(), &model.unstable);
     } else if (key == "quadrature") {
@@ -633,6 +636,11 @@ bool ApplyOverrides(const SceneOverrides& overrides, Scene* scene, std::string* 
     }
   }
   if (overrides.divisions) {
+    if (scene->surface.mesh != nullptr) {
+      return fail("divisions",
+                  Problem("a surface of kind " + scene->surface.kind,
+                          "a parametric surface, or surface.refine in the scene"));
+    }
     const std::string& text = *overrides.divisions;
     const std::size_t comma = std::min(text.find(','), text.size());
     if (!ParseInteger(text.substr(0, comma), &divisions[0]) || comma == text.size() ||

@@ -36,6 +36,7 @@ std::string FormatParameters(double u, double v) {
 }
 
 bool HasSide(const SurfaceSpec& surface, int side) {
+  if (surface.mesh != nullptr) return side == 4 && surface.is_open;
   const std::array<bool, 2>& periodic = surface.periodic;
   return side < 4 ? !periodic[side / 2] : !(periodic[0] && periodic[1]);
 }
@@ -57,6 +58,7 @@ std::vector<SurfaceSample> SamplesOn(const SurfaceSpec& surface,
       case Region::Kind::kVMax:
         return sample.v == v[1];
       case Region::Kind::kRim:
+        if (surface.mesh != nullptr) return true;
         return (HasSide(surface, 0) && (sample.u == u[0] || sample.u == u[1])) ||
                (HasSide(surface, 2) && (sample.v == v[0] || sample.v == v[1]));
       case Region::Kind::kNear:

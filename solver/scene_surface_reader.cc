@@ -5,6 +5,8 @@
 #include <memory>
 #include <optional>
 
+#include "geometry/icosphere.h"
+#include "geometry/loop_mesh.h"
 #include "geometry/nearest_name.h"
 
 namespace darboux {
@@ -27,6 +29,20 @@ const KindKeys& SurfaceKeys() {
   return keys;
 }
 
+// Kinds that are meshes have no parameters.
+const KindKeys& MeshKeys() {
+  static const KindKeys& keys = *new KindKeys{{"icosphere", {"radius", "frequency"}}};
+  return keys;
+}
+
+// "x = 0.5, y = 1, z = 0"
+std::string FormatPoint(const Eigen::Vector3d& x) {
+  return "x = " + FormatShort(x[0]) + ", y = " + FormatShort(x[1]) + ", z = " + FormatShort(x[2]);
+}
+
+constexpr int kMaxFrequency = 400;
+constexpr int kMaxRefine = 6;
+
 const char* const kSideNames[] = {"u_min", "u_max", "v_min", "v_max", "rim"};
 const char* const kParameterNames[] = {"u", "v"};
 
@@ -47,14 +63,22 @@ std::string DivisionsAllowed(const std::array<int, 2>& divisions,
 }
 
 bool SurfaceReader::ReadSurface(const YamlField& field) {
-  const Names kinds = Kinds(SurfaceKeys());
+  Names kinds = Kinds(SurfaceKeys());
+  const Names meshes = Kinds(MeshKeys());
+  kinds.insert(kinds.end(), meshes.begin(), meshes.end());
   YamlMap map;
   YamlField kind;
   surface_.location = Location(field);
-  return OpenMap(field, "a map with the key kind", &map) &&
-         Require(map, "kind", Join(kinds), &kind) &&
-         ReadChoice(kind, kinds, {"implicit", "mesh", "icosphere"}, &surface_.kind) &&
-         CheckKindKeys(map,
+  if (!OpenMap(field, "a map with the key kind", &map) ||
+      !Require(map, "kind", Join(kinds), &kind) ||
+      !ReadChoice(kind, kinds, {"implicit", "mesh"}, &surface_.kind)) {
+    return false;
+  }
+  if (std::find(meshes.begin(), meshes.end(), surface_.kind) != meshes.end()) {
+    return CheckKindKeys(map, MeshKeys(), {"kind", "fit", "refine"}, surface_.kind) &&
+           ReadMeshSurface(map);
+  }
+  return CheckKindKeys(map,
                        SurfaceKeys(),
                        {"kind", "u", "v", "divisions", "periodic", "grading"},
                        surface_.kind) &&
@@ -117,6 +141,50 @@ bool SurfaceReader::ReadShape(const YamlMap& map) {
     surface = MakeExpressionSurface(position, &mistake);
     if (surface == nullptr) return Fail(field, Clean(mistake, 300), kAllowed);
   }
+  return true;
+}
+
+bool SurfaceReader::ReadMeshSurface(const YamlMap& map) {
+  auto mesh = std::make_shared<TriangleMesh>();
+  surface_.interpolate = true;
+  if (surface_.kind == "icosphere") {
+    const std::string allowed = "an integer from 1 to " + std::to_string(kMaxFrequency);
+    double radius;
+    int frequency;
+    YamlField field;
+    if (!RequireNumber(map, "radius", kPositiveNumber, &radius) ||
+        !Require(map, "frequency", allowed, &field) || !ReadInteger(field, allowed, &frequency)) {
+      return false;
+    }
+    if (frequency < 1 || frequency > kMaxFrequency) return Fail(field, Describe(field), allowed);
+    *mesh = MakeIcosphere(radius, frequency);
+    constexpr int kSmoothings = 10;
+    SmoothOnSphere(kSmoothings, mesh.get());
+  }
+  if (const YamlField* fit = map.Find("fit")) {
+    std::string text;
+    if (!ReadChoice(*fit, {"control", "interpolate"}, {}, &text)) return false;
+    surface_.interpolate = text == "interpolate";
+  }
+  if (const YamlField* refine = map.Find("refine")) {
+    const std::string allowed = "an integer from 0 to " + std::to_string(kMaxRefine);
+    int levels;
+    if (!ReadInteger(*refine, allowed, &levels)) return false;
+    if (levels < 0 || levels > kMaxRefine) return Fail(*refine, Describe(*refine), allowed);
+    if (levels > 0 && surface_.interpolate) {
+      // The same limit surface with more control points.
+      LoopMesh loop = MakeLoopMesh(*mesh);
+      if (!InterpolatePoints(&loop)) {
+        return Fail(*refine, "points that no Loop surface passes through", "fit: control");
+      }
+      for (size_t i = 0; i < mesh->vertices.size(); ++i) mesh->vertices[i] = loop.points.col(i);
+      surface_.interpolate = false;
+    }
+    for (int i = 0; i < levels; ++i) *mesh = SubdivideLoop(*mesh);
+  }
+  surface_.is_open = !MakeLoopMesh(*mesh).loops.empty();
+  for (const Eigen::Vector3d& x : mesh->vertices) samples_.push_back({0.0, 0.0, x});
+  surface_.mesh = std::move(mesh);
   return true;
 }
 
@@ -250,6 +318,12 @@ bool SurfaceReader::ReadValue(const YamlField& field,
   if (!expression) {
     return Fail(field, Describe(field) + " (" + Clean(mistake, 300) + ")", kValueAllowed);
   }
+  if (surface_.mesh != nullptr && (expression->DependsOn(0) || expression->DependsOn(1))) {
+    return Fail(field,
+                Describe(field) + ", which names u or v",
+                "a number or an expression of x, y, z, as " + surface_.kind +
+                    " surfaces have no parameters");
+  }
   value->expression = *expression;
   if (expression->IsConstant()) {
     const double zeros[5] = {};
@@ -257,9 +331,11 @@ bool SurfaceReader::ReadValue(const YamlField& field,
     return Fail(field, Describe(field) + ", which is not finite", kValueAllowed);
   }
   if (const SurfaceSample* at = FirstNonFinite(*expression, where)) {
-    return Fail(field,
-                Describe(field) + ", which is not finite at " + FormatParameters(at->u, at->v),
-                "an expression that is finite wherever it acts");
+    return Fail(
+        field,
+        Describe(field) + ", which is not finite at " +
+            (surface_.mesh != nullptr ? FormatPoint(at->x) : FormatParameters(at->u, at->v)),
+        "an expression that is finite wherever it acts");
   }
   return true;
 }
@@ -279,6 +355,11 @@ bool SurfaceReader::ReadVector(const YamlField& field,
 
 bool SurfaceReader::ReadParameter(const YamlField& field, int parameter, double* value) {
   if (!ReadNumber(field, kAnyNumber, value)) return false;
+  if (surface_.mesh != nullptr) {
+    return Fail(field,
+                std::string("the parameter ") + kParameterNames[parameter],
+                "{nearest: [x, y, z]}, as a " + surface_.kind + " has no parameters u and v");
+  }
   const std::array<double, 2>& range = Range(parameter);
   const double rounding = kRangeRounding * (range[1] - range[0]);
   if (*value < range[0] - rounding || *value > range[1] + rounding) {
@@ -314,6 +395,10 @@ bool SurfaceReader::ReadRegion(const YamlField& field, bool near_allowed, Region
     if (text != kSideNames[i]) continue;
     region->kind = static_cast<Region::Kind>(i);
     if (HasSide(surface_, i)) return true;
+    if (surface_.mesh != nullptr) {
+      return Fail(
+          field, Quote(text) + ", which a " + surface_.kind + " does not have", allowed_text);
+    }
     const std::string why = i == 4 ? "u and v are" : std::string(kParameterNames[i / 2]) + " is";
     return Fail(
         field, Quote(text) + ", which does not exist because " + why + " periodic", allowed_text);

@@ -48,6 +48,7 @@ class SurfaceReader : public YamlReader {
 
  private:
   bool ReadShape(const YamlMap& map);
+  bool ReadMeshSurface(const YamlMap& map);
   bool ReadGrid(const YamlMap& map);
   bool CheckSurface(const YamlMap& map);
 

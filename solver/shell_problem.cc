@@ -69,6 +69,26 @@ Eigen::Matrix<double, 3, 2> PlaneBasis(const Eigen::Vector3d& n) {
   return basis;
 }
 
+std::unique_ptr<ShellSurface> MakeSurface(const Scene& scene) {
+  const SurfaceSpec& spec = scene.surface;
+  if (spec.mesh != nullptr) {
+    LoopMesh mesh = MakeLoopMesh(*spec.mesh);
+    if (spec.interpolate) CHECK(InterpolatePoints(&mesh)) << "no Loop surface through the points";
+    return std::make_unique<ShellSurface>(std::move(mesh));
+  }
+  ParameterDomain::Options domain;
+  domain.u_range = spec.u_range;
+  domain.v_range = spec.v_range;
+  domain.divisions = spec.divisions;
+  domain.periodic = spec.periodic;
+  domain.grading = spec.grading;
+  return std::make_unique<ShellSurface>(spec.surface,
+                                        domain,
+                                        scene.model.boundary_rule == BoundaryRule::kSeedGhosts
+                                            ? ShellSurface::Ghosts::kFolded
+                                            : ShellSurface::Ghosts::kIndependent);
+}
+
 StrainMeasure MeasureOf(Strains strains, bool nonlinear) {
   if (strains == Strains::kKoiter) {
     return nonlinear ? StrainMeasure::kKoiter : StrainMeasure::kLinearKoiter;
@@ -107,18 +127,7 @@ ShellProblem::ShellProblem(const Scene& scene, const Material& material, const O
       options_(options),
       material_(material),
       measure_(MeasureOf(scene.model.strains, options.nonlinear)) {
-  const SurfaceSpec& spec = scene.surface;
-  ParameterDomain::Options domain;
-  domain.u_range = spec.u_range;
-  domain.v_range = spec.v_range;
-  domain.divisions = spec.divisions;
-  domain.periodic = spec.periodic;
-  domain.grading = spec.grading;
-  surface_ = std::make_unique<ShellSurface>(spec.surface,
-                                            domain,
-                                            scene.model.boundary_rule == BoundaryRule::kSeedGhosts
-                                                ? ShellSurface::Ghosts::kFolded
-                                                : ShellSurface::Ghosts::kIndependent);
+  surface_ = MakeSurface(scene);
   points_.resize(surface_->num_elements());
   ParallelFor(ThreadsFor(surface_->num_elements(), options.num_threads),
               surface_->num_elements(),
@@ -174,7 +183,7 @@ std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
 
   problem->ListUnknowns();
   problem->force_ = problem->dead_loads_.force;
-  problem->correction_ = Eigen::Matrix3Xd::Zero(3, problem->force_.cols());
+  problem->correction_ = problem->held_ = Eigen::Matrix3Xd::Zero(3, problem->force_.cols());
   problem->SetLoadFactor(1.0);
   if (options.nonlinear) problem->Build();  // Its loads are among the blocks.
   return problem;
@@ -286,9 +295,31 @@ bool ShellProblem::HoldRigidMotions(std::string* error) {
     return false;
   }
 
-  // Hold as many displacement components as there are free motions, at points where the motions
-  // are largest (pivoted QR): statically determinate, so the reactions vanish with the loads'
-  // resultant and the strains do not depend on the choice.
+  // The mean of motion . displacement over the shell.
+  double area = 0.0;
+  for (int k = 0; k < motions.cols(); ++k) {
+    mean_conditions_.push_back(
+        {Eigen::Matrix3Xd::Zero(3, displacements_.cols()), scaled_material_.MembraneStiffness()});
+  }
+  for (size_t e = 0; e < points_.size(); ++e) {
+    const std::vector<int>& vertices = surface_->control_vertices(static_cast<int>(e));
+    for (const StrainPoint& point : *points_[e]) {
+      area += point.area;
+      for (int k = 0; k < motions.cols(); ++k) {
+        const Eigen::Vector3d turn = motions.col(k).tail<3>() / frame_.length;
+        const Eigen::Vector3d motion =
+            motions.col(k).head<3>() + turn.cross(point.position - frame_.center);
+        Eigen::Matrix3Xd& coefficients = mean_conditions_[k].coefficients;
+        for (size_t i = 0; i < vertices.size(); ++i) {
+          coefficients.col(vertices[i]) += point.area * point.weights(kRowValue, i) * motion;
+        }
+      }
+    }
+  }
+  for (MeanCondition& mean : mean_conditions_) mean.coefficients /= area;
+
+  // Pins: as many displacement components as there are free motions, at points where the motions
+  // are largest (pivoted QR).
   std::vector<PlacedCondition> candidates;
   const int stride = std::max(1, surface_->num_elements() / 256);
   for (int e = 0; e < surface_->num_elements(); e += stride) {
@@ -304,8 +335,10 @@ bool ShellProblem::HoldRigidMotions(std::string* error) {
   }
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(moved);
   for (int k = 0; k < motions.cols(); ++k) {
-    conditions_.push_back(candidates[qr.colsPermutation().indices()[k]]);
+    pins_.push_back(candidates[qr.colsPermutation().indices()[k]]);
   }
+  pin_targets_.assign(pins_.size(), 0.0);
+  held_forces_.assign(mean_conditions_.size(), 0.0);
   return true;
 }
 
@@ -343,7 +376,7 @@ void ShellProblem::ListUnknowns() {
     const Eigen::Matrix3Xd& c = condition.coefficients;
     if ((basis.transpose() * c).norm() <= kRounding * c.norm()) condition.stiffness = 0.0;
   }
-  multipliers_.assign(conditions_.size(), 0.0);
+  multipliers_.assign(conditions_.size() + mean_conditions_.size(), 0.0);
   targets_.assign(conditions_.size(), 0.0);
 }
 
@@ -407,6 +440,16 @@ void ShellProblem::AddSupports() {
            problem_->AddResidualBlock(new Support(std::move(together)), nullptr, Blocks(vertices)),
            residuals);
   }
+  for (size_t k = 0; k < pins_.size(); ++k) {
+    Support::Condition condition;
+    condition.coefficients = pins_[k].coefficients;
+    condition.stiffness = pins_[k].stiffness;
+    condition.target = &pin_targets_[k];
+    Record(Effect::kSupports,
+           problem_->AddResidualBlock(
+               new Support({std::move(condition)}), nullptr, Blocks(pins_[k].vertices)),
+           1);
+  }
 }
 
 void ShellProblem::AddLoads() {
@@ -427,12 +470,14 @@ void ShellProblem::AddLoads() {
   }
 
   // Curvature of a potential's block, (dU/du)^2 / s^2, against the membrane stiffness: 1e-16.
-  const double largest = force_.cwiseAbs().maxCoeff();
+  double largest = force_.cwiseAbs().maxCoeff();
+  if (largest == 0.0) largest = scaled_material_.MembraneStiffness() * frame_.length;
   const double stiffness = std::sqrt(scaled_material_.MembraneStiffness());
   const auto scale = [&](double force) { return 1e8 * force / stiffness; };
   for (int i = 0; i < force_.cols(); ++i) {
     if (!surface_->IsActive(i)) continue;
-    const bool loaded = !force_.col(i).isZero(0.0);
+    // The force of mean conditions acts everywhere.
+    const bool loaded = !force_.col(i).isZero(0.0) || !mean_conditions_.empty();
     if (loaded) {
       Record(Effect::kLoads,
              Potential::AddTo(problem_.get(),
@@ -461,8 +506,8 @@ void ShellProblem::AddLoads() {
       frame_.center + normal_sum.completeOrthogonalDecomposition().solve(right);
   for (const LoadSpec& load : scene_.loads) {
     if (load.kind == LoadSpec::Kind::kPressure && load.follower) {
-      const auto& rule = TriangleQuadrature(scene_.model.quadrature);
       for (int e = 0; e < surface_->num_elements(); ++e) {
+        const auto& rule = surface_->Rule(e, scene_.model.quadrature);
         std::vector<double> pressure;
         double total = 0.0;
         for (size_t q = 0; q < rule.size(); ++q) {
@@ -507,6 +552,7 @@ void ShellProblem::AddLoads() {
   }
   for (int i = 0; i < force_.cols(); ++i) {
     if (!surface_->IsActive(i) || !dead_loads_.force.col(i).isZero(0.0)) continue;
+    if (!mean_conditions_.empty()) continue;
     Record(Effect::kLoads,
            Potential::AddTo(problem_.get(),
                             new LoadWork(force_.col(i).data(), scale(std::max(total, largest))),
@@ -517,7 +563,7 @@ void ShellProblem::AddLoads() {
 
 void ShellProblem::SetLoadFactor(double factor) {
   load_factor_ = factor;
-  force_ = factor * dead_loads_.force + correction_;
+  force_ = factor * dead_loads_.force + correction_ + held_;
   SetTargets();
 }
 
@@ -542,7 +588,38 @@ void ShellProblem::SetMultipliers(const std::vector<double>& multipliers) {
   SetTargets();
 }
 
+double ShellProblem::MeanForce(size_t k) const {
+  const MeanCondition& mean = mean_conditions_[k];
+  return mean.stiffness * mean.coefficients.cwiseProduct(displacements_).sum() +
+         multipliers_[conditions_.size() + k];
+}
+
+void ShellProblem::HoldHere() {
+  if (mean_conditions_.empty()) return;
+  for (size_t i = 0; i < pins_.size(); ++i) {
+    pin_targets_[i] = 0.0;
+    for (size_t k = 0; k < pins_[i].vertices.size(); ++k) {
+      pin_targets_[i] += pins_[i].coefficients.col(k).dot(displacements_.col(pins_[i].vertices[k]));
+    }
+  }
+  held_.setZero();
+  for (size_t k = 0; k < mean_conditions_.size(); ++k) {
+    held_forces_[k] = MeanForce(k);
+    held_ -= held_forces_[k] * mean_conditions_[k].coefficients;
+  }
+  SetLoadFactor(load_factor_);
+}
+
+void ShellProblem::KeepMeanForces() {
+  for (size_t k = 0; k < mean_conditions_.size(); ++k) {
+    multipliers_[conditions_.size() + k] += held_forces_[k] - MeanForce(k);
+  }
+}
+
 void ShellProblem::UpdateMultipliers() {
+  for (size_t k = 0; k < mean_conditions_.size(); ++k) {
+    multipliers_[conditions_.size() + k] = MeanForce(k);
+  }
   for (size_t i = 0; i < conditions_.size(); ++i) {
     if (conditions_[i].stiffness == 0.0) continue;
     multipliers_[i] += conditions_[i].stiffness * Violation(conditions_[i]);
@@ -567,6 +644,11 @@ double ShellProblem::SupportEnergy() const {
     const double c = Violation(conditions_[i]);
     energy += (0.5 * conditions_[i].stiffness * c + multipliers_[i]) * c;
   }
+  for (size_t k = 0; k < mean_conditions_.size(); ++k) {
+    const MeanCondition& mean = mean_conditions_[k];
+    const double c = mean.coefficients.cwiseProduct(displacements_).sum();
+    energy += (0.5 * mean.stiffness * c + multipliers_[conditions_.size() + k]) * c;
+  }
   return energy;
 }
 
@@ -579,6 +661,9 @@ Eigen::Matrix3Xd ShellProblem::SupportGradient() const {
     for (size_t k = 0; k < condition.vertices.size(); ++k) {
       gradient.col(condition.vertices[k]) += force * condition.coefficients.col(k);
     }
+  }
+  for (size_t k = 0; k < mean_conditions_.size(); ++k) {
+    gradient += MeanForce(k) * mean_conditions_[k].coefficients;
   }
   return gradient;
 }
@@ -709,6 +794,9 @@ Eigen::Vector3d ShellProblem::Reaction() {
     reaction -= force_unit_ *
                 (conditions_[i].stiffness * Violation(conditions_[i]) + multipliers_[i]) *
                 conditions_[i].direction;
+  }
+  for (size_t k = 0; k < mean_conditions_.size(); ++k) {
+    reaction -= force_unit_ * MeanForce(k) * mean_conditions_[k].coefficients.rowwise().sum();
   }
   if (fixed_vertices_.empty()) return reaction;
   // What holds a fixed vertex is what all energies together leave unbalanced there.

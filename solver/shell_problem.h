@@ -103,8 +103,7 @@ class ShellProblem {
   int num_quadrature_points() const { return num_quadrature_points_; }
   // Counts of blocks are complete once problem() is built.
   const EffectReport& effect(Effect effect) const { return effects_[static_cast<int>(effect)]; }
-  // Motions that no support removes; the loads balance on them, and three points or fewer take
-  // them up without reaction.
+  // Motions that no support removes; the loads balance on them.
   const std::vector<std::string>& free_motions() const { return free_motions_; }
 
   // Whether the displacement of a control vertex is unknown, and the directions (orthonormal
@@ -123,11 +122,28 @@ class ShellProblem {
   // Angles that edge moments do work on are counted from the present state on.
   void SetAngleReferences();
 
-  // What holds the shell: supports, then what takes up free motions. Those of stiffness zero only
+  // What holds the shell: supports. Those of stiffness zero only
   // tell which rigid motions are held. The springs carry multipliers (augmented Lagrangian): energy
   // k c^2 / 2 + lambda c, so that with the right lambda nothing gives way. All in the units of
   // problem().
   const std::vector<PlacedCondition>& conditions() const { return conditions_; }
+  // Free motions are held on the average over the shell, not at points: condition k is that the
+  // mean of (motion k) . displacement vanishes, with a multiplier as well, behind those of
+  // conditions(). Where the loads turn with the shell its force is nil. Dense: no part of
+  // problem(), which sees its force as a dead load, and a low-rank update of the tangent stiffness.
+  struct MeanCondition {
+    Eigen::Matrix3Xd coefficients;  // a column per control vertex
+    double stiffness = 0.0;
+  };
+  const std::vector<MeanCondition>& mean_conditions() const { return mean_conditions_; }
+  // As many springs at points, statically determinate, that only keep matrices from being singular:
+  // the tangent stiffness takes them away again, and in problem() they hold the shell where it is.
+  const std::vector<PlacedCondition>& pins() const { return pins_; }
+  // Makes problem() hold the shell here: pins without force, means with the force they have now.
+  void HoldHere();
+  // After problem() has been minimised, which keeps pins but no means: multipliers that leave the
+  // forces of the means as HoldHere had them.
+  void KeepMeanForces();
   const std::vector<double>& multipliers() const { return multipliers_; }
   void SetMultipliers(const std::vector<double>& multipliers);
   void UpdateMultipliers();  // lambda += k c
@@ -167,6 +183,8 @@ class ShellProblem {
   void AddLoads();
   std::vector<double*> Blocks(const std::vector<int>& vertices);
   double Violation(const PlacedCondition& condition) const;
+  // Force of mean condition k per unit of its coefficients.
+  double MeanForce(size_t k) const;
   void SetTargets();
   ceres::ResidualBlockId Record(Effect effect, ceres::ResidualBlockId id, int residuals);
   double StrainEnergyOf(const std::vector<const ceres::CostFunction*>& costs) const;
@@ -187,7 +205,10 @@ class ShellProblem {
   std::vector<StrainPoints> points_;  // per element
   int num_quadrature_points_ = 0;
   std::vector<PlacedCondition> conditions_;
-  std::vector<double> multipliers_;
+  std::vector<MeanCondition> mean_conditions_;
+  std::vector<PlacedCondition> pins_;
+  std::deque<double> pin_targets_;
+  std::vector<double> multipliers_;  // of conditions_, then of mean_conditions_
   std::vector<int> fixed_vertices_;  // boundary_rule seed_ghosts
   std::vector<char> is_free_;
   std::vector<std::string> free_motions_;
@@ -198,9 +219,11 @@ class ShellProblem {
 
   Eigen::Matrix3Xd displacements_;
   double load_factor_ = 1.0;
-  Eigen::Matrix3Xd force_;       // load_factor * dead + correction
-  Eigen::Matrix3Xd correction_;  // follower forces that their potential lacks
-  std::deque<double> targets_;   // of the springs: load_factor * target - lambda / k
+  Eigen::Matrix3Xd force_;           // load_factor * dead + correction
+  Eigen::Matrix3Xd correction_;      // follower forces that their potential lacks
+  std::vector<double> held_forces_;  // of the mean conditions, see HoldHere
+  Eigen::Matrix3Xd held_;            // all of them
+  std::deque<double> targets_;       // of the springs: load_factor * target - lambda / k
   std::vector<std::pair<int, const FollowerPressure*>> followers_;  // element, block
   std::vector<std::pair<int, EdgeMoment*>> moments_;                // element, block
   std::vector<PlacedForce> follower_forces_;                        // both

@@ -21,11 +21,10 @@
 namespace darboux {
 namespace {
 
-// Over the lattice vertices and one point inside each element.
+// Over the vertices and one point inside each element.
 double MaxDisplacement(const ShellProblem& problem, int num_threads) {
-  const ParameterDomain& domain = problem.surface().domain();
-  const int columns = domain.options().divisions[0] + 1;
-  const int num_vertices = columns * (domain.options().divisions[1] + 1);
+  const std::vector<ElementPoint>& vertex_points = problem.surface().vertex_points();
+  const int num_vertices = static_cast<int>(vertex_points.size());
   const int num_elements = problem.surface().num_elements();
   const int threads = ThreadsFor(num_elements, num_threads);
   std::vector<double> largest(threads, 0.0);
@@ -33,7 +32,7 @@ double MaxDisplacement(const ShellProblem& problem, int num_threads) {
     for (int k = begin; k < end; ++k) {
       Eigen::Vector3d u = Eigen::Vector3d::Zero();
       if (k < num_vertices) {
-        u = problem.Displacement(domain.LocateLattice(k % columns, k / columns));
+        u = problem.Displacement(vertex_points[k]);
       } else {
         const int e = k - num_vertices;
         const auto& vertices = problem.surface().control_vertices(e);
@@ -233,17 +232,19 @@ void Finish(ShellProblem* problem,
 bool FitsIntoMemory(const Scene& scene, std::string* error) {
   // Measured 20 kB per dof at 1e5 dof (tests/linear_solve_benchmark.cc); the factor's share grows.
   constexpr double kBytesPerDof = 2e4;
-  const double dof = 3.0 * (scene.surface.divisions[0] + 3.0) * (scene.surface.divisions[1] + 3.0);
+  const SurfaceSpec& surface = scene.surface;
+  const double dof = surface.mesh != nullptr
+                         ? 3.0 * surface.mesh->vertices.size()
+                         : 3.0 * (surface.divisions[0] + 3.0) * (surface.divisions[1] + 3.0);
   const double needed = kBytesPerDof * dof;
   const double present = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGESIZE);
   if (needed <= present) return true;
   std::ostringstream text;
   text.precision(3);
   text << scene.surface.location.file << ":" << scene.surface.location.line
-       << ": surface.divisions: found [" << scene.surface.divisions[0] << ", "
-       << scene.surface.divisions[1] << "], " << dof << " dof, which need about "
-       << needed / 1073741824.0 << " GiB; allowed is what fits into this machine's "
-       << present / 1073741824.0 << " GiB";
+       << (surface.mesh != nullptr ? ": surface.file: found " : ": surface.divisions: found ")
+       << dof << " dof, which need about " << needed / 1073741824.0
+       << " GiB; allowed is what fits into this machine's " << present / 1073741824.0 << " GiB";
   *error = text.str();
   return false;
 }

@@ -2,6 +2,7 @@
 
 #include <glog/logging.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCholesky>
 
@@ -29,7 +30,7 @@ class EigenCholesky : public SparseCholesky {
     if (solver_.info() != Eigen::Success) return -1;
     return static_cast<int>((solver_.vectorD().array() < 0.0).count());
   }
-  Eigen::VectorXd Solve(const Eigen::VectorXd& b) override { return solver_.solve(b); }
+  Eigen::MatrixXd SolveMany(const Eigen::MatrixXd& b) override { return solver_.solve(b); }
 
  private:
   Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>>
@@ -138,18 +139,19 @@ class Cholmod : public SparseCholesky {
     solves_ = factor_;
     return true;
   }
-  Eigen::VectorXd Solve(const Eigen::VectorXd& b) override {
+  Eigen::MatrixXd SolveMany(const Eigen::MatrixXd& b) override {
     cholmod_dense right = {};
-    right.nrow = right.nzmax = right.d = b.size();
-    right.ncol = 1;
+    right.nrow = right.d = b.rows();
+    right.ncol = b.cols();
+    right.nzmax = b.size();
     right.x = const_cast<double*>(b.data());
     right.xtype = CHOLMOD_REAL;
     right.dtype = CHOLMOD_DOUBLE;
     const FactorThreads threads(flops_);
     cholmod_dense* x = cholmod_solve(CHOLMOD_A, solves_, &right, &common_);
     CHECK(x != nullptr) << "CHOLMOD's solve failed, status " << common_.status;
-    const Eigen::VectorXd result =
-        Eigen::Map<const Eigen::VectorXd>(static_cast<double*>(x->x), b.size());
+    const Eigen::MatrixXd result =
+        Eigen::Map<const Eigen::MatrixXd>(static_cast<double*>(x->x), b.rows(), b.cols());
     cholmod_free_dense(&x, &common_);
     return result;
   }
@@ -207,6 +209,37 @@ std::unique_ptr<SparseCholesky> SparseCholesky::Create([[maybe_unused]] SparseBa
   if (UsesCholmod(backend)) return std::make_unique<Cholmod>();
 #endif
   return std::make_unique<EigenCholesky>();
+}
+
+int UpdatedCholesky::NegativeEigenvalues(int negative_of_base) {
+  if (weights_.size() == 0) return negative_of_base;
+  solved_ = base_->SolveMany(vectors_);
+  Eigen::MatrixXd m = vectors_.transpose() * solved_;
+  m = (0.5 * (m + m.transpose())).eval();
+  m.diagonal() += weights_.cwiseInverse();
+  small_.compute(m);
+  if (!small_.isInvertible()) return -1;
+  const Eigen::VectorXd eigenvalues =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(m, Eigen::EigenvaluesOnly).eigenvalues();
+  const auto positive = (eigenvalues.array() > 0.0).count();
+  const auto added = (weights_.array() > 0.0).count();
+  return negative_of_base + static_cast<int>(positive - added);
+}
+
+bool UpdatedCholesky::Factorize(const Eigen::SparseMatrix<double>& lower) {
+  if (base_->Factorize(lower)) return NegativeEigenvalues(0) == 0;
+  // What is added may make up for what A lacks.
+  return (weights_.array() > 0.0).any() && FactorizeIndefinite(lower) == 0;
+}
+
+int UpdatedCholesky::FactorizeIndefinite(const Eigen::SparseMatrix<double>& lower) {
+  const int negative = base_->FactorizeIndefinite(lower);
+  return negative < 0 ? -1 : NegativeEigenvalues(negative);
+}
+
+Eigen::MatrixXd UpdatedCholesky::SolveMany(const Eigen::MatrixXd& b) {
+  if (weights_.size() == 0) return base_->SolveMany(b);
+  return base_->SolveMany(b) - solved_ * small_.solve(solved_.transpose() * b);
 }
 
 Eigen::VectorXi FillReducingOrder(const std::vector<int>& begin,

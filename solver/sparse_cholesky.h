@@ -1,8 +1,11 @@
 #ifndef DARBOUX_SOLVER_SPARSE_CHOLESKY_H_
 #define DARBOUX_SOLVER_SPARSE_CHOLESKY_H_
 
+#include <Eigen/LU>
 #include <Eigen/SparseCore>
 #include <memory>
+#include <utility>
+#include <vector>
 
 namespace darboux {
 
@@ -33,8 +36,43 @@ class SparseCholesky {
   // negative eigenvalues (Sylvester's law of inertia), or -1 where a pivot vanishes.
   virtual int FactorizeIndefinite(const Eigen::SparseMatrix<double>& lower) = 0;
 
-  // x = A^-1 b with the last successful factor of either kind.
-  virtual Eigen::VectorXd Solve(const Eigen::VectorXd& b) = 0;
+  // X = A^-1 B with the last successful factor of either kind, a right-hand side per column.
+  virtual Eigen::MatrixXd SolveMany(const Eigen::MatrixXd& b) = 0;
+  Eigen::VectorXd Solve(const Eigen::VectorXd& b) { return SolveMany(b); }
+};
+
+// The same for A + U diag(d) U^T with few columns U, dense ones that would fill A (Sherman,
+// Morrison, Woodbury). Weights d of either sign and not zero: a negative one takes away what A has
+// only so that it can be factorised.
+//
+//   (A + U D U^T)^-1 b = x - V M^-1 V^T b,   x = A^-1 b,  V = A^-1 U,  M = D^-1 + U^T V
+//
+// Negative eigenvalues of the sum: those of A + those of -M - those of -D^-1 (Haynsworth).
+class UpdatedCholesky : public SparseCholesky {
+ public:
+  explicit UpdatedCholesky(std::unique_ptr<SparseCholesky> base) : base_(std::move(base)) {}
+
+  // For the factorisations to come. None: A alone.
+  void SetUpdate(const Eigen::MatrixXd& vectors, const Eigen::VectorXd& weights) {
+    vectors_ = vectors;
+    weights_ = weights;
+  }
+
+  void Analyze(const Eigen::SparseMatrix<double>& lower) override { base_->Analyze(lower); }
+  // True where the sum is positive definite, whether or not A is.
+  bool Factorize(const Eigen::SparseMatrix<double>& lower) override;
+  int FactorizeIndefinite(const Eigen::SparseMatrix<double>& lower) override;
+  Eigen::MatrixXd SolveMany(const Eigen::MatrixXd& b) override;
+
+ private:
+  // Of the sum, given those of A; -1 where it is singular.
+  int NegativeEigenvalues(int negative_of_base);
+
+  std::unique_ptr<SparseCholesky> base_;
+  Eigen::MatrixXd vectors_;
+  Eigen::VectorXd weights_;
+  Eigen::MatrixXd solved_;                   // V
+  Eigen::FullPivLU<Eigen::MatrixXd> small_;  // M
 };
 
 // A fill-reducing order of the vertices of a graph: order[k] is the vertex eliminated k-th.

@@ -37,7 +37,10 @@ Stability CheckStability(MixedIteration* mixed) {
   for (Eigen::Index i = 0; i < mode.size(); ++i) mode[i] = uniform(generator);
   mode = InverseIteration(&cholesky, mode.normalized());
   const auto rayleigh = [&](const Eigen::SparseMatrix<double>& matrix) {
-    return mode.dot(matrix.selfadjointView<Eigen::Lower>() * mode) / mode.squaredNorm();
+    const Eigen::VectorXd along = mixed->tangent().update_vectors().transpose() * mode;
+    return (mode.dot(matrix.selfadjointView<Eigen::Lower>() * mode) +
+            along.cwiseAbs2().dot(mixed->tangent().update_weights())) /
+           mode.squaredNorm();
   };
   if (result.negative_modes > 0) {
     // The lowest eigenvalue, not the one nearest to zero: shifted until all are positive.

@@ -127,8 +127,7 @@ void AddSide(const SupportSpec& support,
   const auto points = surface.SidePoints(side, kPointsPerEdge);
   const auto& rule = LineQuadrature(kPointsPerEdge);
   const int num_edges = static_cast<int>(points.size()) / kPointsPerEdge;
-  const bool along_v = side == Side::kUMin || side == Side::kUMax;
-  const bool closed = surface.domain().options().periodic[along_v ? 1 : 0];
+  const bool closed = surface.IsClosed(side);
   const int num_vertices = closed ? num_edges : num_edges + 1;
   std::vector<std::vector<PlacedCondition>> conditions(num_vertices);
   std::vector<double> lengths(num_vertices, 0.0);
@@ -169,7 +168,7 @@ void AddSide(const SupportSpec& support,
   // A corner carries a concentrated reaction (Kirchhoff's corner force), which no mean along the
   // side can represent: the displacement itself is held there too.
   for (const bool first : {true, false}) {
-    const auto boundary = surface.domain().BoundaryEdges(side);
+    const auto boundary = surface.BoundaryEdges(side);
     const ElementPoint at = first ? boundary.front().begin : boundary.back().end;
     const StrainPoint point = surface.MakePoint(at);
     std::vector<Row> rows;
@@ -183,6 +182,30 @@ void AddSide(const SupportSpec& support,
   }
 }
 
+// Surface points of a lattice with `parts` points on each edge of an element.
+std::vector<ElementPoint> LatticePoints(const ShellSurface& surface, int parts) {
+  if (parts == 1) return surface.vertex_points();
+  std::vector<ElementPoint> points;
+  for (int e = 0; e < surface.num_elements(); ++e) {
+    // Interior points and, of what elements share, the first part of each edge by its vertices'
+    // order.
+    const std::array<int, 3>& triangle = surface.mesh().triangles[e];
+    for (int j = 0; j <= parts; ++j) {
+      for (int i = 0; i + j <= parts; ++i) {
+        const bool on_edge[3] = {j == 0, i + j == parts, i == 0};  // AB, BC, CA
+        bool own = true;
+        for (int k = 0; k < 3; ++k) {
+          if (on_edge[k] && triangle[k] > triangle[(k + 1) % 3]) own = false;
+        }
+        if (own) {
+          points.push_back({e, static_cast<double>(i) / parts, static_cast<double>(j) / parts});
+        }
+      }
+    }
+  }
+  return points;
+}
+
 void AddNeighbourhood(const SupportSpec& support,
                       const ShellSurface& surface,
                       const Material& material,
@@ -190,13 +213,21 @@ void AddNeighbourhood(const SupportSpec& support,
                       SupportConditions* result) {
   const Eigen::Vector3d center(support.on.center[0], support.on.center[1], support.on.center[2]);
   std::vector<ElementPoint> points;
-  const auto& options = surface.domain().options();
   if (support.on.radius > 0.0) {
     // Lattice vertices, or a finer lattice until the neighbourhood is more than a few points, so
     // that one smaller than a cell still holds as an area does.
     constexpr size_t kFewest = 7;
     for (int parts = 1; parts <= 16 && points.size() < kFewest; parts *= 2) {
       points.clear();
+      if (!surface.is_parametric()) {
+        for (const ElementPoint& point : LatticePoints(surface, parts)) {
+          if ((surface.Position(point) - center).norm() <= support.on.radius) {
+            points.push_back(point);
+          }
+        }
+        continue;
+      }
+      const auto& options = surface.domain().options();
       const int last[2] = {parts * options.divisions[0] - (options.periodic[0] ? 1 : 0),
                            parts * options.divisions[1] - (options.periodic[1] ? 1 : 0)};
       for (int j = 0; j <= last[1]; ++j) {
@@ -330,8 +361,7 @@ ElementPoint Resolve(const SurfacePoint& point, const ShellSurface& surface) {
 std::vector<Side> SidesOf(const Region& region, const ShellSurface& surface) {
   std::vector<Side> sides;
   const auto add = [&](Region::Kind kind, Side side) {
-    if ((region.kind == kind || region.kind == Region::Kind::kRim) &&
-        surface.domain().HasSide(side)) {
+    if ((region.kind == kind || region.kind == Region::Kind::kRim) && surface.HasSide(side)) {
       sides.push_back(side);
     }
   };
@@ -339,6 +369,7 @@ std::vector<Side> SidesOf(const Region& region, const ShellSurface& surface) {
   add(Region::Kind::kUMax, Side::kUMax);
   add(Region::Kind::kVMin, Side::kVMin);
   add(Region::Kind::kVMax, Side::kVMax);
+  for (int k = 0; k < surface.num_loops(); ++k) add(Region::Kind::kRim, ShellSurface::Loop(k));
   return sides;
 }
 

@@ -77,9 +77,12 @@ void TangentStiffness::BuildPattern(SparseBackend backend) {
   // Sets of vertices that share a term: elements, then conditions of supports.
   std::vector<const std::vector<int>*> terms;
   for (int e = 0; e < surface.num_elements(); ++e) terms.push_back(&surface.control_vertices(e));
+  std::vector<const PlacedCondition*> springs;
   for (const PlacedCondition& c : problem_.conditions()) {
-    if (c.stiffness != 0.0) terms.push_back(&c.vertices);
+    if (c.stiffness != 0.0) springs.push_back(&c);
   }
+  for (const PlacedCondition& pin : problem_.pins()) springs.push_back(&pin);
+  for (const PlacedCondition* spring : springs) terms.push_back(&spring->vertices);
 
   std::vector<int> number(num_vertices, -1), vertex_of;
   for (int i = 0; i < num_vertices; ++i) {
@@ -203,20 +206,51 @@ void TangentStiffness::BuildPattern(SparseBackend backend) {
   }
 
   support_values_ = Eigen::VectorXd::Zero(nonzeros);
-  for (const PlacedCondition& condition : problem_.conditions()) {
-    if (condition.stiffness == 0.0) continue;
-    const Eigen::MatrixXd rows = basis_.transpose() * condition.coefficients;
-    for (size_t j = 0; j < condition.vertices.size(); ++j) {
-      const int column = block_of_vertex_[condition.vertices[j]];
-      for (size_t i = 0; i < condition.vertices.size(); ++i) {
-        const int row = block_of_vertex_[condition.vertices[i]];
-        if (column < 0 || row < column) continue;
-        const Eigen::MatrixXd block = condition.stiffness * rows.col(i) * rows.col(j).transpose();
-        AddBlock(Slot(row, column), column, block, support_values_.data());
-      }
-    }
+  for (const PlacedCondition* spring : springs) {
+    AddSpring(spring->vertices, spring->coefficients, spring->stiffness, &support_values_);
   }
   workspaces_.resize(num_threads_);
+
+  const auto& means = problem_.mean_conditions();
+  const auto& pins = problem_.pins();
+  update_vectors_.resize(num_unknowns(), pins.size() + means.size());
+  update_weights_.resize(update_vectors_.cols());
+  for (size_t k = 0; k < pins.size(); ++k) {
+    Eigen::Matrix3Xd row = Eigen::Matrix3Xd::Zero(3, num_vertices);
+    for (size_t i = 0; i < pins[k].vertices.size(); ++i) {
+      row.col(pins[k].vertices[i]) += pins[k].coefficients.col(i);
+    }
+    update_vectors_.col(k) = Reduce(row);
+    update_weights_[k] = -pins[k].stiffness;
+  }
+  for (size_t k = 0; k < means.size(); ++k) {
+    update_vectors_.col(pins.size() + k) = Reduce(means[k].coefficients);
+    update_weights_[pins.size() + k] = means[k].stiffness;
+  }
+}
+
+void TangentStiffness::AddSpring(const std::vector<int>& vertices,
+                                 const Eigen::Matrix3Xd& coefficients,
+                                 double stiffness,
+                                 Eigen::VectorXd* values) const {
+  const Eigen::MatrixXd rows = basis_.transpose() * coefficients;
+  for (size_t j = 0; j < vertices.size(); ++j) {
+    const int column = block_of_vertex_[vertices[j]];
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      const int row = block_of_vertex_[vertices[i]];
+      if (column < 0 || row < column) continue;
+      const Eigen::MatrixXd block = stiffness * rows.col(i) * rows.col(j).transpose();
+      AddBlock(Slot(row, column), column, block, values->data());
+    }
+  }
+}
+
+void TangentStiffness::SetControlSpring(int element,
+                                        const Eigen::Matrix3Xd& coefficients,
+                                        double stiffness) {
+  control_values_ = Eigen::VectorXd::Zero(matrix_.nonZeros());
+  AddSpring(
+      problem_.surface().control_vertices(element), coefficients, stiffness, &control_values_);
 }
 
 int TangentStiffness::Slot(int row_block, int column_block) const {
@@ -433,6 +467,7 @@ bool TangentStiffness::Evaluate(const Request& request) {
     Eigen::Map<Eigen::VectorXd> values(matrix_.valuePtr(), matrix_.nonZeros());
     values = support_values_;
     for (const Workspace& work : workspaces_) values += work.values;
+    if (request.control_spring) values += control_values_;
   }
   if ((request.gradient != nullptr || request.matrix) &&
       !AddFollowerForces(request.matrix ? request.stress_factor : 0.0, &force)) {

@@ -41,11 +41,16 @@ class TangentStiffness {
     bool matrix = false;
     const StressField* initial_stresses = nullptr;
     double stress_factor = 1.0;
+    bool control_spring = false;  // the matrix has the spring of SetControlSpring as well
   };
   // At the problem's present displacements, load factor and multipliers. False where a strain or a
   // force is undefined; then nothing is set. Of a force without potential the matrix has the
   // symmetric part.
   bool Evaluate(const Request& request);
+
+  // A spring along a linear form of the displacements of one element, a column per control vertex.
+  // Where that form is prescribed, the spring makes the matrix positive definite past limit points.
+  void SetControlSpring(int element, const Eigen::Matrix3Xd& coefficients, double stiffness);
 
   // B^T C (e(u + step) - e(u) - B step), u the present displacements: the forces of the strains
   // that a straight step leaves behind because strains are not linear in it. False where the
@@ -66,8 +71,12 @@ class TangentStiffness {
   // `step`: over the elements, at one point of each.
   double LargestRotation(const Eigen::VectorXd& step) const;
 
-  // Lower triangle of the matrix made by the last Evaluate that asked for it.
+  // Lower triangle of the sparse part of the matrix made by the last Evaluate that asked for it.
   const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
+  // The rest of it, vectors * diag(weights) * vectors^T: mean conditions, minus the pins that keep
+  // the sparse part regular.
+  const Eigen::MatrixXd& update_vectors() const { return update_vectors_; }
+  const Eigen::VectorXd& update_weights() const { return update_weights_; }
 
   // Unknowns <-> control displacements, a column per control vertex.
   Eigen::Matrix3Xd Expand(const Eigen::VectorXd& x) const;
@@ -77,6 +86,11 @@ class TangentStiffness {
   template <int kComponents>
   bool EvaluateElements(int begin, int end, const Request& request, int thread);
   void BuildPattern(SparseBackend backend);
+  // Adds the matrix of a spring to values.
+  void AddSpring(const std::vector<int>& vertices,
+                 const Eigen::Matrix3Xd& coefficients,
+                 double stiffness,
+                 Eigen::VectorXd* values) const;
   // Where the block of two control vertices begins in a column of the matrix, see BuildPattern.
   int Slot(int row_block, int column_block) const;
   // The forces that follow; adds minus their derivative times a factor to the matrix.
@@ -104,6 +118,9 @@ class TangentStiffness {
   std::vector<int> element_slots_, element_slot_begin_;
   Eigen::SparseMatrix<double> matrix_;
   Eigen::VectorXd support_values_;  // the springs' share of the matrix: constant
+  Eigen::VectorXd control_values_;  // that of the control spring
+  Eigen::MatrixXd update_vectors_;
+  Eigen::VectorXd update_weights_;
   struct Workspace {
     Eigen::VectorXd values;
     Eigen::MatrixXd gradient;  // components in basis_, a column per control vertex

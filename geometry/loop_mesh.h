@@ -1,0 +1,50 @@
+#ifndef DARBOUX_GEOMETRY_LOOP_MESH_H_
+#define DARBOUX_GEOMETRY_LOOP_MESH_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "geometry/control_mesh.h"
+#include "geometry/parameter_domain.h"
+#include "geometry/triangle_mesh.h"
+
+namespace darboux {
+
+// Control mesh of a Loop surface of any topology: closed, or open with any number of boundary
+// loops, each surrounded by a ring of ghost triangles (see ControlMesh), so that the limit surface
+// of the elements is all of the shell.
+struct LoopMesh {
+  ControlMesh mesh;
+  Eigen::Matrix3Xd points;  // a column per vertex of `mesh`, ghosts last
+
+  // Edge of an element on the boundary, the element to its left.
+  struct BoundaryEdge {
+    int element = 0;
+    ElementPoint begin, end;
+  };
+  // One closed list of edges per boundary loop, each edge beginning where the last one ends.
+  std::vector<std::vector<BoundaryEdge>> loops;
+
+  // Of every ghost, in order: it lies at points[a] + points[b] - points[c] when made, across the
+  // boundary edge (a, b) from c.
+  struct Ghost {
+    int a = 0, b = 0, c = 0;
+  };
+  std::vector<Ghost> ghosts;
+};
+
+// Vertices of the mesh are control points; vertex and triangle numbers stay. Precondition (see
+// mesh_doctor): an oriented 2-manifold, every vertex on at most one boundary loop.
+LoopMesh MakeLoopMesh(const TriangleMesh& mesh);
+
+// Moves the control points so that the limit surface passes through the present ones (one sparse
+// solve). False where the system is singular.
+bool InterpolatePoints(LoopMesh* mesh);
+
+// One step of Loop subdivision: the same limit surface of a closed mesh with four times the
+// elements; along boundaries the ghost ring is made anew, which changes the surface there.
+TriangleMesh SubdivideLoop(const TriangleMesh& mesh);
+
+}  // namespace darboux
+
+#endif  // DARBOUX_GEOMETRY_LOOP_MESH_H_
