@@ -69,9 +69,10 @@ bool FingerContact::Evaluate(double const* const* parameters,
   });
 }
 
-bool FingerContact::Linearise(double const* const* parameters,
-                              Matrix3Xd* force,
-                              MatrixXd* stiffness) const {
+bool FingerContact::LineariseSoftened(double const* const* parameters,
+                                      double part,
+                                      Matrix3Xd* force,
+                                      MatrixXd* stiffness) const {
   const int n = points_->num_vertices();
   force->setZero(3, n);
   if (stiffness != nullptr) stiffness->setZero(3 * n, 3 * n);
@@ -82,7 +83,7 @@ bool FingerContact::Linearise(double const* const* parameters,
     *force += area * contact.pressure * normal * points_->weights.row(q);
     if (stiffness == nullptr) return;
     const Matrix3d at_point = area * (finger_->stiffness * normal * normal.transpose() -
-                                      contact.pressure * contact.distance.hessian);
+                                      part * contact.pressure * contact.distance.hessian);
     for (int j = 0; j < n; ++j) {
       for (int i = 0; i < n; ++i) {
         stiffness->block<3, 3>(3 * i, 3 * j) +=

@@ -89,7 +89,14 @@ class FingerContact : public ceres::CostFunction, public FollowerForce {
   // of which Ceres' J^T J is the first term. The second softens.
   bool Linearise(double const* const* parameters,
                  Eigen::Matrix3Xd* force,
-                 Eigen::MatrixXd* stiffness) const override;
+                 Eigen::MatrixXd* stiffness) const override {
+    return LineariseSoftened(parameters, 1.0, force, stiffness);
+  }
+  // part: of the second term.
+  bool LineariseSoftened(double const* const* parameters,
+                         double part,
+                         Eigen::Matrix3Xd* force,
+                         Eigen::MatrixXd* stiffness) const override;
 
   // By the travel; also where it is no parameter, as the derivatives by a prescribed motion.
   bool LineariseTravel(double const* const* parameters, TravelDerivatives* by_travel) const;

@@ -17,6 +17,17 @@ class FollowerForce {
   virtual bool Linearise(double const* const* displacements,
                          Eigen::Matrix3Xd* force,
                          Eigen::MatrixXd* stiffness) const = 0;
+
+  // The same with only a part (0 .. 1) of the stiffness that may soften. What holds the shell like
+  // a support, contact's penalty, stays whole.
+  virtual bool LineariseSoftened(double const* const* displacements,
+                                 double part,
+                                 Eigen::Matrix3Xd* force,
+                                 Eigen::MatrixXd* stiffness) const {
+    if (!Linearise(displacements, force, stiffness)) return false;
+    if (stiffness != nullptr) *stiffness *= part;
+    return true;
+  }
 };
 
 }  // namespace darboux

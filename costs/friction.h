@@ -72,6 +72,14 @@ class Friction : public ceres::CostFunction, public FollowerForce {
                  Eigen::Matrix3Xd* force,
                  Eigen::MatrixXd* stiffness) const override;
 
+  // Nothing in it softens.
+  bool LineariseSoftened(double const* const* parameters,
+                         double,
+                         Eigen::Matrix3Xd* force,
+                         Eigen::MatrixXd* stiffness) const override {
+    return Linearise(parameters, force, stiffness);
+  }
+
   bool LineariseTravel(double const* const* parameters, TravelDerivatives* by_travel) const;
 
   std::vector<FrictionState> States(double const* const* parameters) const;

@@ -36,7 +36,8 @@ LoadStepping::State LoadStepping::Present() const {
   return {problem_->load_factor(),
           problem_->displacements(),
           problem_->multipliers(),
-          mixed_->stresses()};
+          mixed_->stresses(),
+          problem_->grasp() != nullptr ? problem_->grasp()->state() : Grasp::State()};
 }
 
 void LoadStepping::Restore(const State& state) {
@@ -44,6 +45,32 @@ void LoadStepping::Restore(const State& state) {
   problem_->displacements() = state.displacements;
   problem_->SetMultipliers(state.multipliers);
   mixed_->stresses() = state.stresses;
+  if (problem_->grasp() != nullptr) problem_->grasp()->SetState(state.grasp);
+}
+
+void LoadStepping::SettleGrasp(const MixedIteration::Options& options,
+                               MixedIteration::Summary* summary) {
+  Grasp* const grasp = problem_->grasp();
+  constexpr int kMaxUpdates = 12;
+  for (int update = 0; summary->converged && grasp->Update(); ++update) {
+    if (update == kMaxUpdates) {
+      summary->converged = false;
+      summary->message = "contact and friction do not settle";
+      return;
+    }
+    const MixedIteration::Summary more = mixed_->Solve(options);
+    summary->iterations += more.iterations;
+    summary->factorisations += more.factorisations;
+    summary->limited += more.limited;
+    summary->scaled += more.scaled;
+    summary->converged = more.converged;
+    summary->stopped = more.stopped;
+    summary->message = more.message;
+    summary->relative_gradient = more.relative_gradient;
+  }
+  if (!summary->converged) return;
+  summary->message = grasp->Fault();
+  summary->converged = summary->message.empty();
 }
 
 bool LoadStepping::AdvanceMixed(double target, Result* result) {
@@ -53,12 +80,28 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
   options.stop = [this] { return deadline_.Stopped() || deadline_.TimedOut(); };
   const double whole = target - good_.factor;
   double step = whole;
+  Grasp* const grasp = problem_->grasp();
+  const double largest =
+      grasp != nullptr ? grasp->LargestStep() : std::numeric_limits<double>::infinity();
+  // The first touch is the hardest.
+  constexpr double kFirst = 0.25;
+  if (grasp != nullptr && good_.factor == 0.0) {
+    step = std::copysign(std::min(std::abs(whole), kFirst * largest), whole);
+  }
   while (good_.factor != target) {
+    if (std::abs(step) > largest) step = std::copysign(largest, step);
     const bool last = std::abs(target - good_.factor) <= std::abs(step) * (1.0 + 1e-9);
     const double factor = last ? target : good_.factor + step;
     Restore(good_);
     problem_->SetLoadFactor(factor);
-    const MixedIteration::Summary summary = mixed_->Solve(options);
+    if (grasp != nullptr && before_good_.displacements.size() > 0) {
+      // As far as the last step went, in proportion.
+      const double part = (factor - good_.factor) / (good_.factor - before_good_.factor);
+      problem_->displacements() += part * (good_.displacements - before_good_.displacements);
+      mixed_->SetStresses();
+    }
+    MixedIteration::Summary summary = mixed_->Solve(options);
+    if (grasp != nullptr) SettleGrasp(options, &summary);
     result->iterations += summary.iterations;
     std::ostringstream line;
     line << "mixed iteration to load factor " << factor << ": " << summary.iterations
@@ -73,6 +116,10 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
     }
     if (summary.converged) {
       problem_->SetAngleReferences();
+      if (grasp != nullptr) {
+        grasp->Advance();
+        before_good_ = good_;
+      }
       good_ = Present();
       if (summary.iterations <= kFewIterations) step *= 2.0;
       continue;

@@ -59,10 +59,14 @@ class LoadStepping {
     Eigen::Matrix3Xd displacements;
     std::vector<double> multipliers;
     TangentStiffness::StressField stresses;
+    Grasp::State grasp;
   };
   State Present() const;
   void Restore(const State& state);
   bool AdvanceMixed(double factor, Result* result);
+  // Multipliers of contact and lagged friction, with as many more iterations as they need, after
+  // the first solution at a load factor.
+  void SettleGrasp(const MixedIteration::Options& options, MixedIteration::Summary* summary);
   bool AdvanceFromStart(double factor, Result* result);
   Result AdvanceByConjugateGradients(double factor);
   Result AdvanceByDescent(double factor);
@@ -74,6 +78,7 @@ class LoadStepping {
   std::vector<std::string>* decisions_;
   std::unique_ptr<MixedIteration> mixed_;
   State good_;
+  State before_good_;  // the one before it; no displacements: there is none
   Eigen::Matrix3Xd start_;
   Eigen::Matrix3Xd linear_displacements_;
   std::vector<double> linear_multipliers_;

@@ -216,7 +216,8 @@ Equilibrium CheckEquilibrium(ShellProblem* problem) {
   Equilibrium result;
   problem->HoldHere();
   const Eigen::Matrix3Xd supports = problem->Gradient(Effect::kSupports);
-  const Eigen::Matrix3Xd loads = problem->Gradient(Effect::kLoads);
+  Eigen::Matrix3Xd loads = problem->Gradient(Effect::kLoads);
+  if (problem->grasp() != nullptr) loads -= problem->force_unit() * problem->grasp()->Force();
   result.loads = loads.norm();
   result.reference = supports.norm() + result.loads;
   const double gradient = problem->Gradient().norm();

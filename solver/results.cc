@@ -345,6 +345,9 @@ std::string History(const Scene& scene, const SolverSummary& summary) {
       text += ",probes." + probe.name + ".displacement." + axis;
     }
   }
+  for (const FingerSpec& finger : scene.fingers) {
+    text += ",fingers." + finger.name + ".travel,fingers." + finger.name + ".normal_force";
+  }
   text +=
       ",supports.reaction.x,supports.reaction.y,supports.reaction.z,negative_modes,limit_point\n";
   const auto add = [&](double value) {
@@ -361,6 +364,10 @@ std::string History(const Scene& scene, const SolverSummary& summary) {
     add(step.max_displacement);
     for (const Eigen::Vector3d& displacement : step.probe_displacements) {
       for (int k = 0; k < 3; ++k) add(displacement[k]);
+    }
+    for (const FingerReport& finger : step.fingers) {
+      add(finger.travel);
+      add(finger.normal_force);
     }
     for (int k = 0; k < 3; ++k) add(step.reaction[k]);
     text += ",";
@@ -566,7 +573,24 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
     probes[probe.name] = {{"position", {x.x(), x.y(), x.z()}},
                           {"displacement", Components(probe.displacement)}};
   }
-  json["fingers"] = Json::object();
+  Json& fingers = json["fingers"] = Json::object();
+  if (!summary.steps.empty()) {
+    for (const FingerReport& finger : summary.steps.back().fingers) {
+      fingers[finger.name] = {{"force", Components(finger.force)},
+                              {"normal_force", finger.normal_force},
+                              {"travel", finger.travel},
+                              {"contact_area", finger.contact_area},
+                              {"largest_pressure", finger.largest_pressure},
+                              {"penetration", finger.penetration},
+                              {"shift", finger.shift},
+                              {"normal_before", Components(finger.normal_before)},
+                              {"normal", Components(finger.normal)},
+                              {"center", Components(finger.center)},
+                              {"contact_points", finger.contact_points},
+                              {"sticking", finger.sticking},
+                              {"slipping", finger.slipping}};
+    }
+  }
   json["supports"] = {{"reaction", Components(summary.reaction)}};
   json["gas"] = {{"gauge_pressure", 0.0}, {"volume", 0.0}, {"volume_ratio", 1.0}};
   json["max_displacement"] = summary.max_displacement;

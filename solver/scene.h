@@ -125,6 +125,24 @@ struct LoadSpec {
   SceneLocation location;
 };
 
+// A rigid finger that closes on the shell.
+struct FingerSpec {
+  enum class Shape { kPin, kSphere, kCapsule, kBox, kPlane, kMesh };
+  std::string name;
+  Shape shape = Shape::kSphere;
+  double radius = 0.0;                        // kSphere, kCapsule
+  double length = 0.0;                        // kCapsule: of its straight part
+  std::array<double, 3> half_sizes{};         // kBox
+  double rounding = 0.0;                      // kBox: radius of edges and corners
+  std::shared_ptr<const TriangleMesh> mesh;   // kMesh
+  std::array<double, 3> position{};           // of the shape's centre
+  std::array<double, 3> direction{0, 0, -1};  // unit; the way it closes
+  std::array<double, 3> axis{};               // unit; kCapsule: of the cylinder, kBox: its local x
+  double travel = 0.0;                        // from first touch, at full load
+  double friction = 0.0;                      // Coulomb's coefficient
+  SceneLocation location;
+};
+
 struct ProbeSpec {
   std::string name;
   SurfacePoint at;
@@ -163,6 +181,7 @@ struct Scene {
   ModelSpec model;
   std::vector<SupportSpec> supports;
   std::vector<LoadSpec> loads;
+  std::vector<FingerSpec> fingers;
   int steps = 1;
   PathSpec path;
   std::vector<ProbeSpec> probes;

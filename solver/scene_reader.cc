@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "geometry/nearest_name.h"
-#include "solver/scene_surface_reader.h"
+#include "solver/scene_finger_reader.h"
 #include "solver/yaml_reader.h"
 
 namespace darboux {
@@ -64,17 +64,6 @@ constexpr char kQuadratureAllowed[] = "1, 3, 6 or 12 points per triangle";
 
 bool IsQuadrature(int points) { return points == 1 || points == 3 || points == 6 || points == 12; }
 
-// Letters, digits and _, no digit first.
-bool IsIdentifier(const std::string& text) {
-  const auto is_letter = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
-  };
-  if (text.empty() || !is_letter(text[0])) return false;
-  return std::all_of(text.begin(), text.end(), [&is_letter](char c) {
-    return is_letter(c) || (c >= '0' && c <= '9');
-  });
-}
-
 // A path into summary.json: identifiers joined by dots, each with an optional [index].
 bool IsQuantity(const std::string& text) {
   std::size_t begin = 0;
@@ -111,9 +100,9 @@ const char* const kAxisNames[] = {"x", "y", "z"};
 
 constexpr char kRootAllowed[] = "a map with the keys name, surface, shell, ...";
 
-class SceneParser : public SurfaceReader {
+class SceneParser : public FingerReader {
  public:
-  explicit SceneParser(const std::string& file) : SurfaceReader(file) {}
+  explicit SceneParser(const std::string& file) : FingerReader(file) {}
 
   bool Parse(const std::string& text) {
     return ReadDocument(
@@ -135,6 +124,9 @@ class SceneParser : public SurfaceReader {
   bool ReadSymmetry(const YamlField& field, SupportSpec* support);
   bool ReadLoad(const YamlField& field, LoadSpec* load);
   bool ReadAlong(const YamlField& field, LoadSpec* load);
+  bool ReadOneFinger(const YamlField& field, FingerSpec* finger) {
+    return ReadFinger(field, scene_.fingers, finger);
+  }
   bool ReadSteps(const YamlField& field);
   bool ReadProbe(const YamlField& field, ProbeSpec* probe);
   bool ReadPath(const YamlField& field);
@@ -175,12 +167,6 @@ bool SceneParser::ReadSection(const YamlMap& map,
 bool SceneParser::ReadRoot(const YamlField& root) {
   YamlMap map;
   if (!OpenMap(root, kRootAllowed, &map)) return false;
-  if (const YamlField* fingers = map.Find("fingers")) {
-    return FailWith(*fingers,
-                    "found contact, which is not part of this version; allowed supports and "
-                    "loads: " +
-                        Join(Kinds(LoadKeys())));
-  }
   YamlField name, surface_section, shell;
   if (!CheckKeys(map,
                  {"name",
@@ -189,6 +175,7 @@ bool SceneParser::ReadRoot(const YamlField& root) {
                   "model",
                   "supports",
                   "loads",
+                  "fingers",
                   "steps",
                   "path",
                   "probes",
@@ -210,6 +197,7 @@ bool SceneParser::ReadRoot(const YamlField& root) {
   }
   return ReadSection(map, "supports", &SceneParser::ReadSupport, &scene_.supports) &&
          ReadSection(map, "loads", &SceneParser::ReadLoad, &scene_.loads) &&
+         ReadSection(map, "fingers", &SceneParser::ReadOneFinger, &scene_.fingers) &&
          ReadSection(map, "probes", &SceneParser::ReadProbe, &scene_.probes) &&
          (map.Find("path") == nullptr || ReadPath(*map.Find("path"))) &&
          ReadSection(map, "expect", &SceneParser::ReadExpect, &scene_.expect);
@@ -481,6 +469,11 @@ bool SceneParser::ReadPath(const YamlField& field) {
       !Require(map, "control", "load | displacement | arc_length", &control) ||
       !ReadOption(control, PathControls(), &path.control)) {
     return false;
+  }
+  if (path.control != PathControl::kLoad && !scene_.fingers.empty()) {
+    return Fail(control,
+                Describe(control) + " with fingers",
+                "load, which moves the fingers: their travel is the controlled displacement");
   }
   if (path.control != PathControl::kLoad && scene_.model.theory == Theory::kLinear) {
     return Fail(control,

@@ -178,6 +178,14 @@ std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
   }
   problem->conditions_ = std::move(supports.conditions);
   problem->fixed_vertices_ = std::move(supports.fixed_vertices);
+  if (!scene.fingers.empty()) {
+    problem->grasp_ = Grasp::Create(scene,
+                                    *problem->surface_,
+                                    problem->scaled_material_,
+                                    problem->displacements_.data(),
+                                    error);
+    if (problem->grasp_ == nullptr) return nullptr;
+  }
   problem->ChooseUnknowns();
   if (!problem->HoldRigidMotions(error)) return nullptr;
 
@@ -185,7 +193,8 @@ std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
   problem->force_ = problem->dead_loads_.force;
   problem->correction_ = problem->held_ = Eigen::Matrix3Xd::Zero(3, problem->force_.cols());
   problem->SetLoadFactor(1.0);
-  if (options.nonlinear) problem->Build();  // Its loads are among the blocks.
+  // Forces that follow are among the blocks.
+  if (options.nonlinear || problem->grasp_ != nullptr) problem->Build();
   return problem;
 }
 
@@ -209,7 +218,7 @@ void ShellProblem::ChooseUnknowns() {
   bending = {true, "the shell can bend", 0, 0};
   nonlinearity.on = options_.nonlinear;
   nonlinearity.why = options_.nonlinear ? "nonlinear theory" : "linear theory";
-  if (options_.nonlinear) return;
+  if (options_.nonlinear || grasp_ != nullptr) return;
 
   plate_normal_ = points_.front()->front().n;
   double curvature = 0.0, tilt = 0.0;
@@ -280,7 +289,7 @@ bool ShellProblem::HoldRigidMotions(std::string* error) {
   // Loads that drive a free motion have no equilibrium.
   constexpr double kBalance = 1e-6;
   const Eigen::VectorXd work = motions.transpose() * dead_loads_.rigid_work;
-  if (work.norm() > kBalance * dead_loads_.rigid_scale) {
+  if (grasp_ == nullptr && work.norm() > kBalance * dead_loads_.rigid_scale) {
     // Where the supports stand, or else where they are missing.
     const SceneLocation& where =
         scene_.supports.empty() ? scene_.surface.location : scene_.supports.front().location;
@@ -468,6 +477,7 @@ void ShellProblem::AddLoads() {
     effects_[static_cast<int>(absent)].why =
         absent == Effect::kGas ? "the scene names no gas load" : "the scene has no fingers";
   }
+  if (grasp_ != nullptr) AddFingers();
 
   // Curvature of a potential's block, (dU/du)^2 / s^2, against the membrane stiffness: 1e-16.
   double largest = force_.cwiseAbs().maxCoeff();
@@ -561,8 +571,27 @@ void ShellProblem::AddLoads() {
   }
 }
 
+void ShellProblem::AddFingers() {
+  EffectReport& contact = effects_[static_cast<int>(Effect::kContact)];
+  EffectReport& friction = effects_[static_cast<int>(Effect::kFriction)];
+  contact.on = true;
+  contact.why = "the scene has fingers";
+  friction.why = "no finger has friction";
+  grasp_->AddTo(problem_.get(), [&](ceres::ResidualBlockId id, bool is_friction, int residuals) {
+    Record(is_friction ? Effect::kFriction : Effect::kContact, id, residuals);
+    if (!is_friction) return;
+    friction.on = true;
+    friction.why = "a finger has friction";
+  });
+  for (const Grasp::Block& block : grasp_->blocks()) {
+    follower_forces_.push_back({block.element, block.contact});
+    if (block.friction != nullptr) follower_forces_.push_back({block.element, block.friction});
+  }
+}
+
 void ShellProblem::SetLoadFactor(double factor) {
   load_factor_ = factor;
+  if (grasp_ != nullptr) grasp_->SetLoadFactor(factor);
   force_ = factor * dead_loads_.force + correction_ + held_;
   SetTargets();
 }
@@ -589,6 +618,7 @@ void ShellProblem::SetMultipliers(const std::vector<double>& multipliers) {
 }
 
 double ShellProblem::MeanForce(size_t k) const {
+  if (grasp_ != nullptr) return 0.0;
   const MeanCondition& mean = mean_conditions_[k];
   return mean.stiffness * mean.coefficients.cwiseProduct(displacements_).sum() +
          multipliers_[conditions_.size() + k];
@@ -644,7 +674,7 @@ double ShellProblem::SupportEnergy() const {
     const double c = Violation(conditions_[i]);
     energy += (0.5 * conditions_[i].stiffness * c + multipliers_[i]) * c;
   }
-  for (size_t k = 0; k < mean_conditions_.size(); ++k) {
+  for (size_t k = 0; k < mean_conditions_.size() && grasp_ == nullptr; ++k) {
     const MeanCondition& mean = mean_conditions_[k];
     const double c = mean.coefficients.cwiseProduct(displacements_).sum();
     energy += (0.5 * mean.stiffness * c + multipliers_[conditions_.size() + k]) * c;
@@ -731,6 +761,8 @@ double ShellProblem::Energy(Effect effect) {
   if (effect == Effect::kMembrane) return force_unit_ * StrainEnergyOf(strain_energies_[0]);
   if (effect == Effect::kBending) return force_unit_ * StrainEnergyOf(strain_energies_[1]);
   if (effect == Effect::kSupports) return force_unit_ * SupportEnergy();
+  // Without what the multipliers' squares add.
+  if (effect == Effect::kContact && grasp_ != nullptr) return force_unit_ * grasp_->Energy();
   const auto& blocks = blocks_[static_cast<int>(effect)];
   if (blocks.empty()) return 0.0;
   ceres::Problem::EvaluateOptions options;

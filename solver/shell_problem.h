@@ -16,6 +16,7 @@
 #include "costs/strain_energy.h"
 #include "geometry/shell_surface.h"
 #include "solver/dead_loads.h"
+#include "solver/grasp.h"
 #include "solver/rigid_motion.h"
 #include "solver/scene.h"
 #include "solver/support_conditions.h"
@@ -119,6 +120,9 @@ class ShellProblem {
   };
   const std::vector<PlacedForce>& follower_forces() const { return follower_forces_; }
   bool has_moments() const { return !moments_.empty(); }
+  // The fingers; null where the scene has none.
+  Grasp* grasp() { return grasp_.get(); }
+  const Grasp* grasp() const { return grasp_.get(); }
   // Angles that edge moments do work on are counted from the present state on.
   void SetAngleReferences();
 
@@ -131,6 +135,8 @@ class ShellProblem {
   // mean of (motion k) . displacement vanishes, with a multiplier as well, behind those of
   // conditions(). Where the loads turn with the shell its force is nil. Dense: no part of
   // problem(), which sees its force as a dead load, and a low-rank update of the tangent stiffness.
+  // Fingers hold the shell as they touch it: there the means are no conditions, their stiffness
+  // only bounds the steps of a shell that is not held yet, and they never have any force.
   struct MeanCondition {
     Eigen::Matrix3Xd coefficients;  // a column per control vertex
     double stiffness = 0.0;
@@ -181,6 +187,7 @@ class ShellProblem {
   void AddStrainEnergies();
   void AddSupports();
   void AddLoads();
+  void AddFingers();
   std::vector<double*> Blocks(const std::vector<int>& vertices);
   double Violation(const PlacedCondition& condition) const;
   // Force of mean condition k per unit of its coefficients.
@@ -226,7 +233,8 @@ class ShellProblem {
   std::deque<double> targets_;       // of the springs: load_factor * target - lambda / k
   std::vector<std::pair<int, const FollowerPressure*>> followers_;  // element, block
   std::vector<std::pair<int, EdgeMoment*>> moments_;                // element, block
-  std::vector<PlacedForce> follower_forces_;                        // both
+  std::vector<PlacedForce> follower_forces_;                        // both, and those of fingers
+  std::unique_ptr<Grasp> grasp_;
 
   EffectReport effects_[kNumEffects];
   // Membrane and bending energy of each element, within the problem's blocks.

@@ -71,6 +71,7 @@ void RecordStep(ShellProblem* problem,
         problem->Displacement(Resolve(probe.at, problem->surface())));
   }
   step.displacements = problem->displacements();
+  if (problem->grasp() != nullptr) step.fingers = problem->grasp()->Report(problem->force_unit());
   summary->steps.push_back(step);
   if (options.on_step) {
     StepReport report;
@@ -202,10 +203,14 @@ void Finish(ShellProblem* problem,
   summary->reaction = problem->Reaction();
   summary->applied_force = problem->AppliedForce();
   // Self-equilibrated loads have no resultant: then the size of their nodal forces is the scale.
-  const double forces =
+  double forces =
       std::max(summary->reaction.norm() + summary->applied_force.norm(), equilibrium.reference);
-  summary->force_balance =
-      forces > 0.0 ? (summary->reaction + summary->applied_force).norm() / forces : 0.0;
+  Eigen::Vector3d resultant = summary->reaction + summary->applied_force;
+  for (const FingerReport& finger : state.fingers) {
+    resultant -= finger.force;
+    forces = std::max(forces, finger.force.norm());
+  }
+  summary->force_balance = forces > 0.0 ? resultant.norm() / forces : 0.0;
   summary->gradient_norm = equilibrium.relative_gradient;
   summary->max_displacement = state.max_displacement;
 
@@ -299,6 +304,13 @@ std::string SolverSummary::FullReport() const {
       << max_membrane_strain << ", rotation " << max_rotation << " rad\n";
   for (const std::string& motion : free_motions) out << "  free: " << motion << "\n";
   for (const std::string& decision : decisions) out << "  " << decision << "\n";
+  if (!steps.empty()) {
+    for (const FingerReport& finger : steps.back().fingers) {
+      out << "  finger " << finger.name << ": travel " << finger.travel << ", normal force "
+          << finger.normal_force << ", contact area " << finger.contact_area << ", penetration "
+          << finger.penetration << "\n";
+    }
+  }
   for (const ProbeSummary& probe : probes) {
     char line[256];
     std::snprintf(line,
@@ -351,7 +363,12 @@ bool Solve(const Scene& scene,
     theory = Theory::kNonlinear;
     summary->theory_reason = "the scene asks for an equilibrium path";
   }
-  if (theory != Theory::kNonlinear || descends) {
+  if (theory == Theory::kAuto && !scene.fingers.empty()) {
+    theory = Theory::kNonlinear;
+    summary->theory_reason = "the scene has fingers";
+  }
+  const bool linear_contact = theory == Theory::kLinear && !scene.fingers.empty();
+  if ((theory != Theory::kNonlinear && !linear_contact) || (descends && scene.fingers.empty())) {
     *problem = ShellProblem::Create(scene, problem_options, error);
     if (*problem == nullptr) return false;
     summary->setup_s = Since(start);
@@ -414,7 +431,7 @@ bool Solve(const Scene& scene,
   }
 
   const double before = Since(start);
-  problem_options.nonlinear = true;
+  problem_options.nonlinear = !linear_contact;
   *problem = ShellProblem::Create(scene, problem_options, error);
   if (*problem == nullptr) return false;
   ShellProblem* nonlinear = problem->get();

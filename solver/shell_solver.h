@@ -77,6 +77,7 @@ struct LoadStep {
   std::optional<double> softness;
   Eigen::Matrix3Xd mode;     // the softest, where unstable or nearly so; else empty
   bool limit_point = false;  // the load factor has an extremum here (path following)
+  std::vector<FingerReport> fingers;
 };
 
 struct SolverSummary {

@@ -227,9 +227,7 @@ int UpdatedCholesky::NegativeEigenvalues(int negative_of_base) {
 }
 
 bool UpdatedCholesky::Factorize(const Eigen::SparseMatrix<double>& lower) {
-  if (base_->Factorize(lower)) return NegativeEigenvalues(0) == 0;
-  // What is added may make up for what A lacks.
-  return (weights_.array() > 0.0).any() && FactorizeIndefinite(lower) == 0;
+  return base_->Factorize(lower) && NegativeEigenvalues(0) == 0;
 }
 
 int UpdatedCholesky::FactorizeIndefinite(const Eigen::SparseMatrix<double>& lower) {

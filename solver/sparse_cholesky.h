@@ -59,7 +59,7 @@ class UpdatedCholesky : public SparseCholesky {
   }
 
   void Analyze(const Eigen::SparseMatrix<double>& lower) override { base_->Analyze(lower); }
-  // True where the sum is positive definite, whether or not A is.
+  // True where both A and the sum are positive definite.
   bool Factorize(const Eigen::SparseMatrix<double>& lower) override;
   int FactorizeIndefinite(const Eigen::SparseMatrix<double>& lower) override;
   Eigen::MatrixXd SolveMany(const Eigen::MatrixXd& b) override;

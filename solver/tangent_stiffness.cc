@@ -469,8 +469,7 @@ bool TangentStiffness::Evaluate(const Request& request) {
     for (const Workspace& work : workspaces_) values += work.values;
     if (request.control_spring) values += control_values_;
   }
-  if ((request.gradient != nullptr || request.matrix) &&
-      !AddFollowerForces(request.matrix ? request.stress_factor : 0.0, &force)) {
+  if ((request.gradient != nullptr || request.matrix) && !AddFollowerForces(request, &force)) {
     return false;
   }
   if (request.stresses != nullptr) request.stresses->swap(stresses);
@@ -494,7 +493,9 @@ bool TangentStiffness::Evaluate(const Request& request) {
 }
 
 template <typename Use>
-bool TangentStiffness::ForEachFollower(bool with_stiffness, const Use& use) const {
+bool TangentStiffness::ForEachFollower(bool with_stiffness,
+                                       double stiffness_part,
+                                       const Use& use) const {
   Eigen::Matrix3Xd part;
   Eigen::MatrixXd stiffness;
   std::vector<const double*> blocks;
@@ -503,47 +504,50 @@ bool TangentStiffness::ForEachFollower(bool with_stiffness, const Use& use) cons
     for (const int v : problem_.surface().control_vertices(placed.element)) {
       blocks.push_back(problem_.displacements().col(v).data());
     }
-    if (!placed.force->Linearise(blocks.data(), &part, with_stiffness ? &stiffness : nullptr)) {
+    if (!placed.force->LineariseSoftened(
+            blocks.data(), stiffness_part, &part, with_stiffness ? &stiffness : nullptr)) {
       return false;
     }
-    use(placed.element, part, stiffness);
+    if (part.isZero(0.0)) continue;  // A finger that does not touch.
+    use(placed, part, stiffness);
   }
   return true;
 }
 
-bool TangentStiffness::AddFollowerForces(double stiffness_factor, Eigen::Matrix3Xd* force) {
+bool TangentStiffness::AddFollowerForces(const Request& request, Eigen::Matrix3Xd* force) {
   *force = Eigen::Matrix3Xd::Zero(3, block_of_vertex_.size());
-  const bool matrix = stiffness_factor != 0.0;
-  return ForEachFollower(matrix, [&](int element, const auto& part, const auto& stiffness) {
-    const std::vector<int>& vertices = problem_.surface().control_vertices(element);
-    for (size_t i = 0; i < vertices.size(); ++i) force->col(vertices[i]) += part.col(i);
-    if (!matrix) return;
-    const int* slot = element_slots_.data() + element_slot_begin_[element];
-    for (size_t j = 0; j < vertices.size(); ++j) {
-      for (size_t i = j; i < vertices.size(); ++i, ++slot) {
-        if (*slot == 0) continue;
-        const Eigen::Matrix3d symmetric =
-            0.5 * stiffness_factor *
-            (stiffness.template block<3, 3>(3 * i, 3 * j) +
-             stiffness.template block<3, 3>(3 * j, 3 * i).transpose());
-        const Eigen::MatrixXd block = basis_.transpose() * symmetric * basis_;
-        if (*slot > 0) {
-          AddBlock(*slot - 1, block_of_vertex_[vertices[j]], block, matrix_.valuePtr());
-        } else {
-          AddBlock(-*slot - 1,
-                   block_of_vertex_[vertices[i]],
-                   Eigen::MatrixXd(block.transpose()),
-                   matrix_.valuePtr());
+  return ForEachFollower(
+      request.matrix,
+      request.stress_factor,
+      [&](const auto& placed, const auto& part, const auto& stiffness) {
+        const std::vector<int>& vertices = problem_.surface().control_vertices(placed.element);
+        for (size_t i = 0; i < vertices.size(); ++i) force->col(vertices[i]) += part.col(i);
+        if (!request.matrix) return;
+        const int* slot = element_slots_.data() + element_slot_begin_[placed.element];
+        for (size_t j = 0; j < vertices.size(); ++j) {
+          for (size_t i = j; i < vertices.size(); ++i, ++slot) {
+            if (*slot == 0) continue;
+            const Eigen::Matrix3d symmetric =
+                0.5 * (stiffness.template block<3, 3>(3 * i, 3 * j) +
+                       stiffness.template block<3, 3>(3 * j, 3 * i).transpose());
+            const Eigen::MatrixXd block = basis_.transpose() * symmetric * basis_;
+            if (*slot > 0) {
+              AddBlock(*slot - 1, block_of_vertex_[vertices[j]], block, matrix_.valuePtr());
+            } else {
+              AddBlock(-*slot - 1,
+                       block_of_vertex_[vertices[i]],
+                       Eigen::MatrixXd(block.transpose()),
+                       matrix_.valuePtr());
+            }
+          }
         }
-      }
-    }
-  });
+      });
 }
 
 bool TangentStiffness::FollowerForces(Eigen::Matrix3Xd* force) const {
   *force = Eigen::Matrix3Xd::Zero(3, block_of_vertex_.size());
-  return ForEachFollower(false, [&](int element, const auto& part, const auto&) {
-    const std::vector<int>& vertices = problem_.surface().control_vertices(element);
+  return ForEachFollower(false, 1.0, [&](const auto& placed, const auto& part, const auto&) {
+    const std::vector<int>& vertices = problem_.surface().control_vertices(placed.element);
     for (size_t i = 0; i < vertices.size(); ++i) force->col(vertices[i]) += part.col(i);
   });
 }

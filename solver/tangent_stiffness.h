@@ -93,12 +93,12 @@ class TangentStiffness {
                  Eigen::VectorXd* values) const;
   // Where the block of two control vertices begins in a column of the matrix, see BuildPattern.
   int Slot(int row_block, int column_block) const;
-  // The forces that follow; adds minus their derivative times a factor to the matrix.
-  bool AddFollowerForces(double stiffness_factor, Eigen::Matrix3Xd* force);
+  // The forces that follow; adds minus their derivative to the matrix, where that is asked for.
+  bool AddFollowerForces(const Request& request, Eigen::Matrix3Xd* force);
   bool FollowerForces(Eigen::Matrix3Xd* force) const;
-  // Calls use(element, force, stiffness) for each of them.
+  // Calls use(placed force, force, stiffness) for each of them that is not nil.
   template <typename Use>
-  bool ForEachFollower(bool with_stiffness, const Use& use) const;
+  bool ForEachFollower(bool with_stiffness, double stiffness_part, const Use& use) const;
   template <typename Block>
   void AddBlock(int slot_entry, int column_block, const Block& block, double* values) const;
 

@@ -1,0 +1,441 @@
+#include "solver/grasp.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "geometry/first_touch.h"
+#include "geometry/mesh_finger.h"
+#include "geometry/quadrature.h"
+
+namespace darboux {
+namespace {
+
+// Penalty of contact relative to the shell through its thickness, E/h. The multipliers take up what
+// it lets in; a softer one needs more of their updates, a stiffer one more iterations.
+constexpr double kStiffness = 300.0;
+// Penetration that may be left, in thicknesses.
+constexpr double kPenetration = 5e-4;
+// Slip below which a point sticks, in thicknesses.
+constexpr double kStick = 2e-3;
+// Change of the lagged normal forces, relative, that may be left.
+constexpr double kFrictionChange = 1e-3;
+// Contact points lie this part of a finger's radius apart, if elements allow.
+constexpr double kSpacing = 0.3;
+constexpr int kMostParts = 6;
+// Part of the step at which a finger could tunnel.
+constexpr double kSafeStep = 0.6;
+
+Eigen::Vector3d Vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+
+std::shared_ptr<const FingerShape> MakeShape(const FingerSpec& spec, std::string* error) {
+  switch (spec.shape) {
+    case FingerSpec::Shape::kPin:  // Pushes one point along its direction, whatever lies beside it.
+    case FingerSpec::Shape::kPlane:
+      return MakePlaneFinger();
+    case FingerSpec::Shape::kSphere:
+      return MakeSphereFinger(spec.radius);
+    case FingerSpec::Shape::kCapsule:
+      return MakeCapsuleFinger(spec.radius, spec.length);
+    case FingerSpec::Shape::kBox:
+      return MakeBoxFinger(Vector(spec.half_sizes), spec.rounding);
+    case FingerSpec::Shape::kMesh:
+      return MakeMeshFinger(*spec.mesh, error);
+  }
+  return nullptr;
+}
+
+// The shape's frame: planes and boxes have z along the direction, capsules along their axis, boxes
+// x along it as far as that goes; a mesh keeps the axes of the scene.
+Eigen::Matrix3d Rotation(const FingerSpec& spec) {
+  if (spec.shape == FingerSpec::Shape::kMesh) return Eigen::Matrix3d::Identity();
+  const Eigen::Vector3d axis = Vector(spec.axis);
+  const Eigen::Vector3d z =
+      spec.shape == FingerSpec::Shape::kCapsule ? axis : Vector(spec.direction);
+  Eigen::Vector3d x = spec.shape == FingerSpec::Shape::kBox ? axis : Eigen::Vector3d::Zero();
+  x -= z * z.dot(x);
+  if (x.norm() < 1e-9) x = z.unitOrthogonal();
+  x.normalize();
+  Eigen::Matrix3d rotation;
+  rotation << x, z.cross(x), z;
+  return rotation;
+}
+
+// Points of a triangle rule on each of parts^2 triangles of an element.
+std::vector<TrianglePoint> SubdividedRule(int parts) {
+  std::vector<TrianglePoint> points;
+  const double size = 1.0 / parts;
+  for (int j = 0; j < parts; ++j) {
+    for (int i = 0; i + j < parts; ++i) {
+      for (const TrianglePoint& p : TriangleQuadrature(3)) {
+        points.push_back({(i + p.s) * size, (j + p.t) * size, p.weight * size * size});
+        if (i + j + 1 < parts) {  // the triangle that points the other way
+          points.push_back({(i + 1 - p.s) * size, (j + 1 - p.t) * size, p.weight * size * size});
+        }
+      }
+    }
+  }
+  return points;
+}
+
+double ElementSize(const ShellSurface& surface, int element) {
+  const Eigen::Vector3d a = surface.Position({element, 0.0, 0.0});
+  const Eigen::Vector3d b = surface.Position({element, 1.0, 0.0});
+  const Eigen::Vector3d c = surface.Position({element, 0.0, 1.0});
+  return std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+}
+
+}  // namespace
+
+std::vector<const double*> Grasp::Parameters(int element) const {
+  std::vector<const double*> blocks;
+  for (const int vertex : surface_->control_vertices(element)) {
+    blocks.push_back(displacements_ + 3 * vertex);
+  }
+  return blocks;
+}
+
+std::vector<ContactState> Grasp::States(const Block& block) const {
+  std::vector<ContactState> states;
+  block.contact->States(Parameters(block.element).data(), &states);
+  return states;
+}
+
+bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* error) const {
+  ContactFinger& contact = finger->contact;
+  std::vector<Eigen::Vector3d> points;
+  std::vector<ElementPoint> places = surface.vertex_points();
+  for (int e = 0; e < surface.num_elements(); ++e) places.push_back({e, 1.0 / 3.0, 1.0 / 3.0});
+  for (const ElementPoint& at : places) points.push_back(surface.Position(at));
+  Touch touch;
+  // A pin pushes the point nearest to it.
+  if (finger->spec->shape == FingerSpec::Shape::kPin) {
+    const ElementPoint at = surface.ClosestPoint(contact.pose.position);
+    const Eigen::Vector3d x = surface.Position(at);
+    finger->shift = (x - contact.pose.position).dot(contact.direction) - contact.offset;
+    const Eigen::Vector3d n = surface.MakePoint(at).n;
+    finger->normal_before = n.dot(contact.direction) > 0.0 ? n : Eigen::Vector3d(-n);
+    return true;
+  }
+  // Where it touches first, then once more between ever nearer points there.
+  constexpr int kPasses = 3;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    if (!FirstTouch(
+            *contact.shape, contact.pose, contact.direction, points, contact.offset, &touch)) {
+      const SceneLocation& where = finger->spec->location;
+      *error = where.file + ":" + std::to_string(where.line) + ": " + where.key +
+               ": found a finger that never touches the shell along its direction; allowed is a "
+               "position and direction that lead to the shell";
+      return false;
+    }
+    if (pass + 1 == kPasses) break;
+    const ElementPoint near = places[touch.point];
+    const Eigen::Vector3d x = points[touch.point];
+    if (pass == 0) {
+      const double size = ElementSize(surface, near.element);
+      constexpr int kParts = 12;
+      for (int e = 0; e < surface.num_elements(); ++e) {
+        if ((surface.Position({e, 1.0 / 3.0, 1.0 / 3.0}) - x).norm() > 1.5 * size) continue;
+        for (int j = 0; j <= kParts; ++j) {
+          for (int i = 0; i + j <= kParts; ++i) {
+            places.push_back({e, i / (1.0 * kParts), j / (1.0 * kParts)});
+          }
+        }
+      }
+    } else {
+      constexpr int kParts = 10;
+      for (int j = -kParts; j <= kParts; ++j) {
+        for (int i = -kParts; i <= kParts; ++i) {
+          const double s = near.s + i / 120.0, t = near.t + j / 120.0;
+          if (s >= 0.0 && t >= 0.0 && s + t <= 1.0) places.push_back({near.element, s, t});
+        }
+      }
+    }
+    for (size_t k = points.size(); k < places.size(); ++k) {
+      points.push_back(surface.Position(places[k]));
+    }
+  }
+  finger->shift = touch.shift;
+  const Eigen::Vector3d n = surface.MakePoint(places[touch.point]).n;
+  finger->normal_before = n.dot(contact.direction) > 0.0 ? n : Eigen::Vector3d(-n);
+  return true;
+}
+
+// The parts of the shell that a finger can reach, each with its contact points.
+void Grasp::AddPatches(const ShellSurface& surface, int index, std::vector<Patch>* patches) const {
+  const Finger& finger = fingers_[index];
+  const ContactFinger& contact = finger.contact;
+  const auto add = [&](int element, const std::vector<StrainPoint>& points) {
+    patches->push_back(
+        {element, index, std::make_shared<const ContactPoints>(ContactPoints::From(points))});
+  };
+  if (finger.spec->shape == FingerSpec::Shape::kPin) {
+    const ElementPoint at = surface.ClosestPoint(Vector(finger.spec->position));
+    StrainPoint point = surface.MakePoint(at);
+    const double size = ElementSize(surface, at.element);
+    point.area = 0.5 * size * size;
+    add(at.element, {point});
+    return;
+  }
+  // Elements on the finger's way, with what the other fingers may push towards it.
+  double margin = 0.0;
+  for (const Finger& other : fingers_) margin += std::abs(other.travel);
+  const double radius = contact.shape->MaxStep() + contact.offset;
+  constexpr int kSamples = 8;
+  for (int e = 0; e < surface.num_elements(); ++e) {
+    const Eigen::Vector3d x = surface.Position({e, 1.0 / 3.0, 1.0 / 3.0});
+    const double size = ElementSize(surface, e);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int k = 0; k <= kSamples; ++k) {
+      FingerPose pose = contact.pose;
+      pose.position += contact.direction * (finger.travel * k / kSamples);
+      Distance distance;
+      pose.Evaluate(*contact.shape, x, &distance);
+      nearest = std::min(nearest, distance.value - contact.offset);
+    }
+    const double way = std::abs(finger.travel) / (2.0 * kSamples);
+    if (nearest > size + way + margin) continue;
+    int parts = 3;
+    if (std::isfinite(radius)) {
+      parts = std::clamp(static_cast<int>(std::ceil(size / (kSpacing * radius))), 1, kMostParts);
+      // Where only a motion of the whole shell would lead.
+      if (nearest > size + way + radius) parts = std::min(parts, 2);
+    }
+    std::vector<StrainPoint> points;
+    for (const TrianglePoint& p : SubdividedRule(parts)) {
+      points.push_back(surface.MakePoint({e, p.s, p.t}, p.weight));
+    }
+    add(e, points);
+  }
+}
+
+std::unique_ptr<Grasp> Grasp::Create(const Scene& scene,
+                                     const ShellSurface& surface,
+                                     const Material& material,
+                                     double* displacements,
+                                     std::string* error) {
+  std::unique_ptr<Grasp> grasp(new Grasp());
+  grasp->surface_ = &surface;
+  grasp->displacements_ = displacements;
+  grasp->thickness_ = material.thickness;
+  grasp->specs_ = scene.fingers;
+  for (const FingerSpec& spec : grasp->specs_) {
+    Finger finger;
+    finger.spec = &spec;
+    finger.travel = spec.travel;
+    ContactFinger& contact = finger.contact;
+    contact.shape = MakeShape(spec, error);
+    if (contact.shape == nullptr) {
+      *error = spec.location.file + ":" + std::to_string(spec.location.line) + ": " +
+               spec.location.key + ": found " + *error + "; allowed is a closed mesh";
+      return nullptr;
+    }
+    contact.pose = {Vector(spec.position), Rotation(spec)};
+    contact.direction = Vector(spec.direction);
+    contact.offset = 0.5 * material.thickness;
+    contact.stiffness = kStiffness * material.young_modulus / material.thickness;
+    contact.friction = spec.friction;
+    contact.stick_length = kStick * material.thickness;
+    if (!grasp->FindTouch(surface, &finger, error)) return nullptr;
+    contact.pose.position += finger.shift * contact.direction;
+    grasp->fingers_.push_back(std::move(finger));
+  }
+  std::vector<Patch> patches;
+  for (size_t f = 0; f < grasp->fingers_.size(); ++f) {
+    grasp->AddPatches(surface, static_cast<int>(f), &patches);
+  }
+  // Blocks point into the state: it has its size before they are made.
+  size_t num_points = 0;
+  for (const Patch& patch : patches) num_points += patch.points->size();
+  grasp->state_.multipliers.assign(num_points, 0.0);
+  grasp->state_.friction.resize(num_points);
+  int first = 0;
+  for (const Patch& patch : patches) {
+    const ContactFinger& finger = grasp->fingers_[patch.finger].contact;
+    Block block;
+    block.element = patch.element;
+    block.finger = patch.finger;
+    block.first = first;
+    block.contact =
+        new FingerContact(patch.points, &finger, &grasp->state_.multipliers[first], false);
+    if (finger.friction > 0.0) {
+      block.friction = new Friction(patch.points, &finger, &grasp->state_.friction[first], false);
+    }
+    first += patch.points->size();
+    grasp->blocks_.push_back(block);
+  }
+  grasp->SetLoadFactor(0.0);
+  grasp->Advance();
+  return grasp;
+}
+
+void Grasp::AddTo(
+    ceres::Problem* problem,
+    const std::function<void(ceres::ResidualBlockId, bool friction, int residuals)>& added) {
+  for (const Block& block : blocks_) {
+    std::vector<double*> parameters;
+    for (const int vertex : surface_->control_vertices(block.element)) {
+      parameters.push_back(displacements_ + 3 * vertex);
+    }
+    added(problem->AddResidualBlock(block.contact, nullptr, parameters),
+          false,
+          block.contact->num_residuals());
+    if (block.friction == nullptr) continue;
+    added(problem->AddResidualBlock(block.friction, nullptr, parameters),
+          true,
+          block.friction->num_residuals());
+  }
+}
+
+void Grasp::SetLoadFactor(double factor) {
+  factor_ = factor;
+  for (Finger& finger : fingers_) {
+    finger.contact.translation = factor * finger.travel * finger.contact.direction;
+  }
+}
+
+double Grasp::LargestStep() const {
+  double largest = std::numeric_limits<double>::infinity();
+  for (const Finger& finger : fingers_) {
+    if (finger.travel == 0.0) continue;
+    double step = finger.contact.shape->MaxStep() + finger.contact.offset;
+    // A half space cannot be tunnelled through; what it flattens in one step is bounded all the
+    // same.
+    if (!std::isfinite(step)) step = 4.0 * thickness_;
+    largest = std::min(largest, kSafeStep * step / std::abs(finger.travel));
+  }
+  return largest;
+}
+
+void Grasp::SetState(const State& state) {
+  std::copy(state.multipliers.begin(), state.multipliers.end(), state_.multipliers.begin());
+  std::copy(state.friction.begin(), state.friction.end(), state_.friction.begin());
+}
+
+bool Grasp::Update() {
+  std::vector<std::vector<ContactState>> all;
+  double penetration = 0.0, change = 0.0, total = 0.0;
+  for (const Block& block : blocks_) {
+    all.push_back(States(block));
+    for (size_t q = 0; q < all.back().size(); ++q) {
+      const ContactState& state = all.back()[q];
+      penetration = std::max(penetration, -state.gap);
+      if (block.friction == nullptr) continue;
+      const double force = state.force_on_finger.norm();
+      change += std::abs(force - state_.friction[block.first + q].normal_force);
+      total += force;
+    }
+  }
+  const bool deep = penetration > kPenetration * thickness_;
+  const bool unsettled = change > kFrictionChange * total;
+  for (size_t b = 0; b < blocks_.size(); ++b) {
+    for (size_t q = 0; deep && q < all[b].size(); ++q) {
+      state_.multipliers[blocks_[b].first + q] = all[b][q].pressure;
+    }
+    if (unsettled && blocks_[b].friction != nullptr) {
+      LagFriction(all[b], &state_.friction[blocks_[b].first]);
+    }
+  }
+  return deep || unsettled;
+}
+
+void Grasp::Advance() {
+  for (const Block& block : blocks_) {
+    if (block.friction == nullptr) continue;
+    block.friction->AdvanceAnchors(Parameters(block.element).data(), &state_.friction[block.first]);
+  }
+}
+
+double Grasp::LargestPenetration() const {
+  double largest = 0.0;
+  for (const Block& block : blocks_) {
+    for (const ContactState& state : States(block)) largest = std::max(largest, -state.gap);
+  }
+  return largest;
+}
+
+std::string Grasp::Fault() const {
+  for (const FingerReport& report : Report(1.0)) {
+    if (report.travel == 0.0) continue;
+    if (report.contact_points == 0) {
+      return "finger " + report.name + " has travelled " + std::to_string(report.travel) +
+             " without touching the shell";
+    }
+    const auto same = [&](const Finger& finger) { return finger.spec->name == report.name; };
+    const Finger& finger = *std::find_if(fingers_.begin(), fingers_.end(), same);
+    const double sign = report.travel > 0.0 ? 1.0 : -1.0;
+    if (sign * report.normal.dot(finger.contact.direction) <= 0.0) {
+      return "finger " + report.name + " has come through the shell";
+    }
+  }
+  return "";
+}
+
+double Grasp::Energy() const {
+  double total = 0.0;
+  for (const Block& block : blocks_) {
+    double energy = 0.0;
+    block.contact->Energy(Parameters(block.element).data(), &energy);
+    total += energy;
+  }
+  return total;
+}
+
+Eigen::Matrix3Xd Grasp::Force() const {
+  Eigen::Matrix3Xd total = Eigen::Matrix3Xd::Zero(3, surface_->mesh().num_vertices);
+  Eigen::Matrix3Xd part;
+  for (const Block& block : blocks_) {
+    const std::vector<int>& vertices = surface_->control_vertices(block.element);
+    const auto add = [&](const FollowerForce& force) {
+      if (!force.Linearise(Parameters(block.element).data(), &part, nullptr)) return;
+      for (size_t i = 0; i < vertices.size(); ++i) total.col(vertices[i]) += part.col(i);
+    };
+    add(*block.contact);
+    if (block.friction != nullptr) add(*block.friction);
+  }
+  return total;
+}
+
+std::vector<FingerReport> Grasp::Report(double force_unit) const {
+  std::vector<FingerReport> reports(fingers_.size());
+  for (size_t f = 0; f < fingers_.size(); ++f) {
+    reports[f].name = fingers_[f].spec->name;
+    reports[f].travel = factor_ * fingers_[f].travel;
+    reports[f].shift = fingers_[f].shift;
+    reports[f].normal_before = fingers_[f].normal_before;
+  }
+  for (const Block& block : blocks_) {
+    FingerReport& report = reports[block.finger];
+    const std::vector<ContactState> states = States(block);
+    std::vector<FrictionState> friction;
+    if (block.friction != nullptr) {
+      friction = block.friction->States(Parameters(block.element).data());
+    }
+    for (size_t q = 0; q < states.size(); ++q) {
+      const ContactState& state = states[q];
+      report.penetration = std::max(report.penetration, -state.gap);
+      if (!(state.pressure > 0.0)) continue;
+      const double force = state.force_on_finger.norm();
+      ++report.contact_points;
+      report.force += force_unit * state.force_on_finger;
+      report.normal_force += force_unit * force;
+      report.normal += force * state.normal;
+      report.center += force * state.position;
+      report.contact_area += block.contact->points().areas[q];
+      report.largest_pressure = std::max(report.largest_pressure, force_unit * state.pressure);
+      if (friction.empty()) continue;
+      report.force += force_unit * friction[q].force_on_finger;
+      ++(friction[q].sticks ? report.sticking : report.slipping);
+    }
+  }
+  for (FingerReport& report : reports) {
+    if (report.contact_points == 0) continue;
+    report.center *= force_unit / report.normal_force;
+    report.normal.normalize();
+  }
+  return reports;
+}
+
+}  // namespace darboux

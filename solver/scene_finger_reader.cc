@@ -1,0 +1,138 @@
+#include "solver/scene_finger_reader.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <memory>
+
+#include "geometry/mesh_finger.h"
+#include "geometry/mesh_io.h"
+
+namespace darboux {
+namespace {
+
+const KindKeys& ShapeKeys() {
+  static const KindKeys& keys = *new KindKeys{{"pin", {}},
+                                              {"sphere", {"radius"}},
+                                              {"capsule", {"radius", "length", "axis"}},
+                                              {"box", {"half_sizes", "rounding", "axis"}},
+                                              {"plane", {}},
+                                              {"mesh", {"file"}}};
+  return keys;
+}
+
+}  // namespace
+
+bool IsIdentifier(const std::string& text) {
+  const auto is_letter = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+  };
+  if (text.empty() || !is_letter(text[0])) return false;
+  return std::all_of(text.begin(), text.end(), [&is_letter](char c) {
+    return is_letter(c) || (c >= '0' && c <= '9');
+  });
+}
+
+bool FingerReader::ReadUnitVector(const YamlField& field, std::array<double, 3>* vector) {
+  if (!ReadNumbers(field, 3, kVectorAllowed, kAnyNumber, vector->data())) return false;
+  Eigen::Map<Eigen::Vector3d> v(vector->data());
+  if (v.isZero(0.0)) return Fail(field, "a vector of length zero", kVectorAllowed);
+  v.stableNormalize();
+  return true;
+}
+
+bool FingerReader::ReadShape(const YamlField& field, FingerSpec* finger) {
+  const Names kinds = Kinds(ShapeKeys());
+  YamlMap map;
+  YamlField kind, entry;
+  std::string name;
+  if (!OpenMap(field, "a map with the key kind", &map) ||
+      !Require(map, "kind", Join(kinds), &kind) || !ReadChoice(kind, kinds, {}, &name) ||
+      !CheckKindKeys(map, ShapeKeys(), {"kind"}, name)) {
+    return false;
+  }
+  finger->shape =
+      static_cast<FingerSpec::Shape>(std::find(kinds.begin(), kinds.end(), name) - kinds.begin());
+  if (const YamlField* axis = map.Find("axis")) {
+    if (!ReadUnitVector(*axis, &finger->axis)) return false;
+  }
+  switch (finger->shape) {
+    case FingerSpec::Shape::kPin:
+    case FingerSpec::Shape::kPlane:
+      return true;
+    case FingerSpec::Shape::kCapsule:
+      return Require(map, "axis", kVectorAllowed, &entry) &&
+             RequireNumber(map, "radius", kPositiveNumber, &finger->radius) &&
+             RequireNumber(map, "length", kPositiveNumber, &finger->length);
+    case FingerSpec::Shape::kSphere:
+      return RequireNumber(map, "radius", kPositiveNumber, &finger->radius);
+    case FingerSpec::Shape::kBox: {
+      constexpr char kAllowed[] = "a list of three numbers > 0";
+      if (!Require(map, "half_sizes", kAllowed, &entry) ||
+          !ReadNumbers(entry, 3, kAllowed, kPositiveNumber, finger->half_sizes.data())) {
+        return false;
+      }
+      const YamlField* const rounding = map.Find("rounding");
+      if (rounding == nullptr) return true;
+      const double least = *std::min_element(finger->half_sizes.begin(), finger->half_sizes.end());
+      if (!ReadNumber(*rounding, kNotNegativeNumber, &finger->rounding)) return false;
+      return finger->rounding <= least ||
+             Fail(*rounding, Describe(*rounding), "at most the smallest of half_sizes");
+    }
+    case FingerSpec::Shape::kMesh: {
+      std::string file, error;
+      auto mesh = std::make_shared<TriangleMesh>();
+      if (!Require(map, "file", "a mesh file", &entry) ||
+          !ReadText(entry, "the name of a mesh file", &file)) {
+        return false;
+      }
+      if (!ReadMesh(Resolve(file), mesh.get(), &error) ||
+          MakeMeshFinger(*mesh, &error) == nullptr) {
+        return Fail(entry, Clean(error, 300), "a closed mesh, seen counterclockwise from outside");
+      }
+      finger->mesh = std::move(mesh);
+      return true;
+    }
+  }
+  return true;
+}
+
+bool FingerReader::ReadFinger(const YamlField& field,
+                              const std::vector<FingerSpec>& others,
+                              FingerSpec* finger) {
+  constexpr char kNameAllowed[] = "a name of letters, digits and _ that begins with no digit";
+  constexpr char kMotionAllowed[] = "{travel: number}";
+  YamlMap map, motion;
+  YamlField name, shape, position, direction, entry;
+  finger->location = Location(field);
+  if (!OpenMap(field, "a map with name, shape, position, direction, motion", &map) ||
+      !CheckKeys(map, {"name", "shape", "position", "direction", "motion", "friction"}) ||
+      !Require(map, "name", kNameAllowed, &name) ||
+      !ReadScalar(name, kNameAllowed, &finger->name)) {
+    return false;
+  }
+  if (!IsIdentifier(finger->name)) return Fail(name, Describe(name), kNameAllowed);
+  for (const FingerSpec& other : others) {
+    if (other.name == finger->name && &other != finger) {
+      return Fail(name, Quote(finger->name) + " a second time", "a different name for each finger");
+    }
+  }
+  if (!Require(map, "shape", "a map with the key kind", &shape) || !ReadShape(shape, finger) ||
+      !Require(map, "position", kVectorAllowed, &position) ||
+      !ReadNumbers(position, 3, kVectorAllowed, kAnyNumber, finger->position.data()) ||
+      !Require(map, "direction", kVectorAllowed, &direction) ||
+      !ReadUnitVector(direction, &finger->direction) ||
+      !Require(map, "motion", kMotionAllowed, &entry) || !OpenMap(entry, kMotionAllowed, &motion) ||
+      !CheckKeys(motion, {"travel", "force"})) {
+    return false;
+  }
+  if (motion.Find("force") != nullptr) {
+    return FailWith(*motion.Find("force"),
+                    "found a finger driven by a force, which is not part of this version; allowed "
+                    "is motion: {travel: number}");
+  }
+  if (!RequireNumber(motion, "travel", kNotNegativeNumber, &finger->travel)) return false;
+  const YamlField* const friction = map.Find("friction");
+  return friction == nullptr || ReadNumber(*friction, kNotNegativeNumber, &finger->friction);
+}
+
+}  // namespace darboux
