@@ -161,7 +161,8 @@ int FindSingularVertex(const LoopMesh& mesh) {
         break;
       }
     }
-    if (!(tangent[0].cross(tangent[1]).norm() > kRounding * size)) return v;
+    const double area = tangent[0].cross(tangent[1]).norm();
+    if (!(area > kRounding * size && std::isfinite(area))) return v;
   }
   return -1;
 }

@@ -42,7 +42,7 @@ LoopMesh MakeLoopMesh(const TriangleMesh& mesh);
 bool InterpolatePoints(LoopMesh* mesh);
 
 // The first vertex where the limit surface has no tangent plane (or none that doubles can tell:
-// sizes beyond 1e150, below 1e-150), -1 where there is none.
+// sizes beyond 1e75 or below 1e-75), -1 where there is none.
 int FindSingularVertex(const LoopMesh& mesh);
 
 // One step of Loop subdivision: the same limit surface of a closed mesh with four times the
