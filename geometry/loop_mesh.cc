@@ -2,6 +2,7 @@
 
 #include <glog/logging.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/SparseCore>
 #include <Eigen/SparseLU>
 #include <cmath>
@@ -131,6 +132,39 @@ bool InterpolatePoints(LoopMesh* mesh) {
         mesh->points.col(ghost.a) + mesh->points.col(ghost.b) - mesh->points.col(ghost.c);
   }
   return true;
+}
+
+int FindSingularVertex(const LoopMesh& mesh) {
+  constexpr double kRounding = 1e-10;
+  const int n = mesh.mesh.num_vertices - static_cast<int>(mesh.ghosts.size());
+  std::vector<std::vector<std::pair<int, int>>> sides(n);  // Opposite to each vertex.
+  for (const auto& triangle : mesh.mesh.triangles) {
+    for (int k = 0; k < 3; ++k) {
+      if (triangle[k] >= n) continue;
+      sides[triangle[k]].push_back({triangle[(k + 1) % 3], triangle[(k + 2) % 3]});
+    }
+  }
+  for (int v = 0; v < n; ++v) {
+    // Tangents by Loop's masks: cosines and sines once around the vertex.
+    Eigen::Vector3d tangent[2] = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    double size = 0.0;
+    const double step = 2.0 * M_PI / static_cast<double>(sides[v].size());
+    int at = sides[v].empty() ? -1 : sides[v].front().first;
+    for (size_t k = 0; k < sides[v].size(); ++k) {
+      const Eigen::Vector3d edge = mesh.points.col(at) - mesh.points.col(v);
+      tangent[0] += std::cos(step * k) * edge;
+      tangent[1] += std::sin(step * k) * edge;
+      size += edge.squaredNorm();
+      for (const auto& [from, to] : sides[v]) {
+        if (from != at) continue;
+        at = to;
+        break;
+      }
+    }
+    const double area = tangent[0].cross(tangent[1]).norm();
+    if (!(area > kRounding * size && std::isfinite(area))) return v;
+  }
+  return -1;
 }
 
 TriangleMesh SubdivideLoop(const TriangleMesh& source) {

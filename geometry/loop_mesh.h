@@ -41,6 +41,10 @@ LoopMesh MakeLoopMesh(const TriangleMesh& mesh);
 // solve). False where the system is singular.
 bool InterpolatePoints(LoopMesh* mesh);
 
+// The first vertex where the limit surface has no tangent plane (or none that doubles can tell:
+// sizes beyond 1e75 or below 1e-75), -1 where there is none.
+int FindSingularVertex(const LoopMesh& mesh);
+
 // One step of Loop subdivision: the same limit surface of a closed mesh with four times the
 // elements; along boundaries the ghost ring is made anew, which changes the surface there.
 TriangleMesh SubdivideLoop(const TriangleMesh& mesh);

@@ -15,7 +15,7 @@ namespace {
 
 // Penalty of contact relative to the shell through its thickness, E/h. The multipliers take up what
 // it lets in; a softer one needs more of their updates, a stiffer one more iterations.
-constexpr double kStiffness = 300.0;
+const double kStiffness = getenv("KS") ? atof(getenv("KS")) : 300.0;
 // Penetration that may be left, in thicknesses.
 constexpr double kPenetration = 5e-4;
 // Slip below which a point sticks, in thicknesses.

@@ -39,7 +39,8 @@ struct SurfaceSpec {
   // mesh, icosphere, implicit: control points of a Loop surface, or points that it passes through.
   std::shared_ptr<const TriangleMesh> mesh;
   bool interpolate = false;
-  bool is_open = true;  // has a boundary; meshes only
+  bool is_open = true;              // has a boundary; meshes only
+  std::vector<std::string> mended;  // what ReadOptions::repair did to the mesh, one line each
   // The others are for parametric kinds only.
   std::array<double, 2> u_range{0.0, 1.0};
   std::array<double, 2> v_range{0.0, 1.0};

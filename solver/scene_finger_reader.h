@@ -12,7 +12,8 @@ namespace darboux {
 
 class FingerReader : public SurfaceReader {
  protected:
-  explicit FingerReader(const std::string& file) : SurfaceReader(file) {}
+  FingerReader(const std::string& file, const std::string& folder, const ReadOptions& options)
+      : SurfaceReader(file, folder, options) {}
   ~FingerReader() = default;
 
   // others: those read before, whose names are taken.

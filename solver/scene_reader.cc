@@ -102,7 +102,8 @@ constexpr char kRootAllowed[] = "a map with the keys name, surface, shell, ...";
 
 class SceneParser : public FingerReader {
  public:
-  explicit SceneParser(const std::string& file) : FingerReader(file) {}
+  SceneParser(const std::string& file, const std::string& folder, const ReadOptions& options)
+      : FingerReader(file, folder, options) {}
 
   bool Parse(const std::string& text) {
     return ReadDocument(
@@ -250,6 +251,11 @@ bool SceneParser::ReadModel(const YamlField& field) {
               (IsQuadrature(model.quadrature) || Fail(entry, Describe(entry), kQuadratureAllowed));
     } else {
       valid = ReadNumber(entry, kFraction, &model.accuracy.emplace());
+      if (valid && surface().mesh != nullptr) {
+        valid = Fail(entry,
+                     Describe(entry) + " on a mesh",
+                     "accuracy on a parametric surface only; surface.refine refines a mesh");
+      }
     }
     if (!valid) return false;
   }
@@ -569,9 +575,27 @@ bool SceneParser::ReadExpect(const YamlField& field, ExpectSpec* expect) {
   return source == nullptr || ReadText(*source, "a text of one line", &expect->source);
 }
 
+bool ParseIn(const std::string& folder,
+             const std::string& text,
+             const std::string& file,
+             Scene* scene,
+             std::string* error,
+             const ReadOptions& options) {
+  SceneParser parser(file, folder, options);
+  if (!parser.Parse(text)) {
+    *error = parser.error();
+    return false;
+  }
+  *scene = parser.scene();
+  return true;
+}
+
 }  // namespace
 
-bool ReadScene(const std::string& file, Scene* scene, std::string* error) {
+bool ReadScene(const std::string& file,
+               Scene* scene,
+               std::string* error,
+               const ReadOptions& options) {
   const auto fail = [&](const std::string& reason) {
     *error = file + ":0: scene: " +
              Problem("a file that cannot be read (" + reason + ")", "a scene in YAML");
@@ -587,20 +611,16 @@ bool ReadScene(const std::string& file, Scene* scene, std::string* error) {
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (stream.bad()) return fail("reading failed");
   text.resize(static_cast<std::size_t>(stream.gcount()));
-  return ParseScene(text, file, scene, error);
+  const std::string folder = std::filesystem::path(file).parent_path().string();
+  return ParseIn(folder, text, file, scene, error, options);
 }
 
 bool ParseScene(const std::string& text,
                 const std::string& file,
                 Scene* scene,
-                std::string* error) {
-  SceneParser parser(file);
-  if (!parser.Parse(text)) {
-    *error = parser.error();
-    return false;
-  }
-  *scene = parser.scene();
-  return true;
+                std::string* error,
+                const ReadOptions& options) {
+  return ParseIn("", text, file, scene, error, options);
 }
 
 bool ApplyOverrides(const SceneOverrides& overrides, Scene* scene, std::string* error) {

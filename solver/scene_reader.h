@@ -8,16 +8,31 @@
 
 namespace darboux {
 
+struct ReadOptions {
+  // Mend the mesh file of a scene (geometry/mesh_repair.h; holes stay). SurfaceSpec::mended tells
+  // what was done. What cannot be mended is an error still.
+  bool repair = false;
+};
+
 // Reads a scene from a YAML file. Strict: an unknown or repeated key, a wrong type, a non-finite
 // number or an impossible value is an error, never silently ignored. On failure returns false,
 // leaves *scene alone and sets *error to one message
 //   FILE:LINE: KEY: what was found; what is allowed [; did you mean 'NEAREST'?]
 // LINE counts from 1 and is 0 for a file that cannot be opened; KEY is "scene" where the mistake
-// concerns the whole file (an empty one, YAML syntax).
-bool ReadScene(const std::string& file, Scene* scene, std::string* error);
+// concerns the whole file (an empty one, YAML syntax). A mesh that the scene names is read from
+// the scene's folder.
+bool ReadScene(const std::string& file,
+               Scene* scene,
+               std::string* error,
+               const ReadOptions& options = {});
 
-// The same from text; `file` is only the name used in messages.
-bool ParseScene(const std::string& text, const std::string& file, Scene* scene, std::string* error);
+// The same from text; `file` is only the name used in messages, and a mesh is read from the
+// current folder.
+bool ParseScene(const std::string& text,
+                const std::string& file,
+                Scene* scene,
+                std::string* error,
+                const ReadOptions& options = {});
 
 // What a tool's command line says in place of the scene file; unset members change nothing.
 struct SceneOverrides {

@@ -1,12 +1,21 @@
 #include "solver/scene_surface_reader.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "geometry/icosphere.h"
+#include "geometry/implicit_mesh.h"
 #include "geometry/loop_mesh.h"
+#include "geometry/mesh_doctor.h"
+#include "geometry/mesh_io.h"
+#include "geometry/mesh_repair.h"
+#include "geometry/mesh_topology.h"
 #include "geometry/nearest_name.h"
 
 namespace darboux {
@@ -18,21 +27,25 @@ constexpr double kRangeRounding = 1e-9;
 
 const NumberRule kGrading{"a number in (-1, 1)", [](double x) { return x > -1.0 && x < 1.0; }};
 
+// In the order of messages; the last ones are meshes.
 const KindKeys& SurfaceKeys() {
-  static const KindKeys& keys = *new KindKeys{{"plane", {}},
-                                              {"cylinder", {"radius"}},
-                                              {"sphere", {"radius"}},
-                                              {"ellipsoid", {"semi_axes"}},
-                                              {"torus", {"radii"}},
-                                              {"monkey_saddle", {"scale"}},
-                                              {"expression", {"position"}}};
+  static const KindKeys& keys =
+      *new KindKeys{{"plane", {}},
+                    {"cylinder", {"radius"}},
+                    {"sphere", {"radius"}},
+                    {"ellipsoid", {"semi_axes"}},
+                    {"torus", {"radii"}},
+                    {"monkey_saddle", {"scale"}},
+                    {"expression", {"position"}},
+                    {"implicit", {"function", "bounds", "edge_length", "open"}},
+                    {"mesh", {"file"}},
+                    {"icosphere", {"radius", "frequency"}}};
   return keys;
 }
 
 // Kinds that are meshes have no parameters.
-const KindKeys& MeshKeys() {
-  static const KindKeys& keys = *new KindKeys{{"icosphere", {"radius", "frequency"}}};
-  return keys;
+bool IsMeshKind(const std::string& kind) {
+  return kind == "implicit" || kind == "mesh" || kind == "icosphere";
 }
 
 // "x = 0.5, y = 1, z = 0"
@@ -42,6 +55,7 @@ std::string FormatPoint(const Eigen::Vector3d& x) {
 
 constexpr int kMaxFrequency = 400;
 constexpr int kMaxRefine = 6;
+constexpr std::size_t kMaxMessage = 1000;
 
 const char* const kSideNames[] = {"u_min", "u_max", "v_min", "v_max", "rim"};
 const char* const kParameterNames[] = {"u", "v"};
@@ -63,19 +77,16 @@ std::string DivisionsAllowed(const std::array<int, 2>& divisions,
 }
 
 bool SurfaceReader::ReadSurface(const YamlField& field) {
-  Names kinds = Kinds(SurfaceKeys());
-  const Names meshes = Kinds(MeshKeys());
-  kinds.insert(kinds.end(), meshes.begin(), meshes.end());
+  const Names kinds = Kinds(SurfaceKeys());
   YamlMap map;
   YamlField kind;
   surface_.location = Location(field);
   if (!OpenMap(field, "a map with the key kind", &map) ||
-      !Require(map, "kind", Join(kinds), &kind) ||
-      !ReadChoice(kind, kinds, {"implicit", "mesh"}, &surface_.kind)) {
+      !Require(map, "kind", Join(kinds), &kind) || !ReadChoice(kind, kinds, {}, &surface_.kind)) {
     return false;
   }
-  if (std::find(meshes.begin(), meshes.end(), surface_.kind) != meshes.end()) {
-    return CheckKindKeys(map, MeshKeys(), {"kind", "fit", "refine"}, surface_.kind) &&
+  if (IsMeshKind(surface_.kind)) {
+    return CheckKindKeys(map, SurfaceKeys(), {"kind", "fit", "refine"}, surface_.kind) &&
            ReadMeshSurface(map);
   }
   return CheckKindKeys(map,
@@ -145,46 +156,166 @@ bool SurfaceReader::ReadShape(const YamlMap& map) {
 }
 
 bool SurfaceReader::ReadMeshSurface(const YamlMap& map) {
-  auto mesh = std::make_shared<TriangleMesh>();
-  surface_.interpolate = true;
-  if (surface_.kind == "icosphere") {
-    const std::string allowed = "an integer from 1 to " + std::to_string(kMaxFrequency);
-    double radius;
-    int frequency;
-    YamlField field;
-    if (!RequireNumber(map, "radius", kPositiveNumber, &radius) ||
-        !Require(map, "frequency", allowed, &field) || !ReadInteger(field, allowed, &frequency)) {
-      return false;
-    }
-    if (frequency < 1 || frequency > kMaxFrequency) return Fail(field, Describe(field), allowed);
-    *mesh = MakeIcosphere(radius, frequency);
-    constexpr int kSmoothings = 10;
-    SmoothOnSphere(kSmoothings, mesh.get());
-  }
+  const std::string& kind = surface_.kind;
+  surface_.interpolate = kind != "mesh";
   if (const YamlField* fit = map.Find("fit")) {
     std::string text;
     if (!ReadChoice(*fit, {"control", "interpolate"}, {}, &text)) return false;
     surface_.interpolate = text == "interpolate";
   }
-  if (const YamlField* refine = map.Find("refine")) {
+  int levels = 0;
+  const YamlField* const refine = map.Find("refine");
+  if (refine != nullptr) {
     const std::string allowed = "an integer from 0 to " + std::to_string(kMaxRefine);
-    int levels;
     if (!ReadInteger(*refine, allowed, &levels)) return false;
     if (levels < 0 || levels > kMaxRefine) return Fail(*refine, Describe(*refine), allowed);
-    if (levels > 0 && surface_.interpolate) {
-      // The same limit surface with more control points.
-      LoopMesh loop = MakeLoopMesh(*mesh);
-      if (!InterpolatePoints(&loop)) {
-        return Fail(*refine, "points that no Loop surface passes through", "fit: control");
-      }
-      for (size_t i = 0; i < mesh->vertices.size(); ++i) mesh->vertices[i] = loop.points.col(i);
-      surface_.interpolate = false;
-    }
-    for (int i = 0; i < levels; ++i) *mesh = SubdivideLoop(*mesh);
   }
-  surface_.is_open = !MakeLoopMesh(*mesh).loops.empty();
+  auto mesh = std::make_shared<TriangleMesh>();
+  const bool is_read = kind == "mesh"       ? ReadMeshFile(map, mesh.get())
+                       : kind == "implicit" ? ReadImplicit(map, mesh.get())
+                                            : ReadIcosphere(map, mesh.get());
+  if (!is_read || (levels > 0 && !Refine(*refine, levels, mesh.get()))) return false;
+  surface_.is_open = !BoundaryLoops(*mesh).empty();
   for (const Eigen::Vector3d& x : mesh->vertices) samples_.push_back({0.0, 0.0, x});
   surface_.mesh = std::move(mesh);
+  return true;
+}
+
+std::string SurfaceReader::Resolve(const std::string& file) const {
+  return (std::filesystem::path(folder_) / file).string();
+}
+
+bool SurfaceReader::ReadMeshFile(const YamlMap& map, TriangleMesh* mesh) {
+  constexpr char kAllowed[] = "the name of an .obj, .ply, .stl or .off file";
+  YamlField field;
+  std::string name, error;
+  if (!Require(map, "file", kAllowed, &field) || !ReadText(field, kAllowed, &name)) return false;
+  const std::string file = Resolve(name);
+  if (!ReadMesh(file, mesh, &error)) return FailWith(field, Clean(error, kMaxMessage));
+  const auto fail = [&](const std::string& found, const std::string& allowed) {
+    return FailWith(field,
+                    "found " + Clean(file, kMaxMessage) + ": " + found + "; allowed is " + allowed);
+  };
+  if (mesh->vertices.size() > static_cast<std::size_t>(kMaxVertices)) {
+    return fail(std::to_string(mesh->vertices.size()) + " vertices",
+                "a mesh of at most " + std::to_string(kMaxVertices) + " vertices");
+  }
+  const MeshDoctorOptions doctor_options;  // One piece, open or closed.
+  std::vector<MeshDefect> defects;
+  if (options_.repair) {
+    MeshReport report = RepairMesh(mesh, doctor_options);
+    for (const std::string& line : report.mended) {
+      surface_.mended.push_back("mended " + Clean(file, kMaxMessage) + ": " + line);
+    }
+    defects = std::move(report.defects);
+  } else {
+    defects = FindMeshDefects(*mesh, doctor_options);
+  }
+  if (defects.empty()) return true;
+  std::string found = defects[0].text;
+  if (defects.size() > 1) {
+    found += "; and " + std::to_string(defects.size() - 1) + " more " +
+             (defects.size() == 2 ? "defect" : "defects");
+  }
+  return fail(found,
+              std::string("a mesh without defects; ") +
+                  (options_.repair ? "--repair mends no more" : "--repair mends some of them"));
+}
+
+bool SurfaceReader::ReadImplicit(const YamlMap& map, TriangleMesh* mesh) {
+  constexpr char kFunctionAllowed[] = "an expression of x, y and z";
+  constexpr char kBoundsAllowed[] = "a list of three ranges, [[x0, x1], [y0, y1], [z0, z1]]";
+  constexpr char kRangeAllowed[] = "a list of two ascending numbers, [lower, upper]";
+  YamlField function_field, bounds_field, edge_field;
+  std::string text, mistake;
+  if (!Require(map, "function", kFunctionAllowed, &function_field) ||
+      !ReadScalar(function_field, kFunctionAllowed, &text)) {
+    return false;
+  }
+  const std::optional<Expression> function = Expression::Parse(text, {"x", "y", "z"}, &mistake);
+  if (!function) {
+    return Fail(function_field,
+                Describe(function_field) + " (" + Clean(mistake, 300) + ")",
+                kFunctionAllowed);
+  }
+  std::vector<YamlField> ranges;
+  if (!Require(map, "bounds", kBoundsAllowed, &bounds_field) ||
+      !OpenList(bounds_field, 3, kBoundsAllowed, &ranges)) {
+    return false;
+  }
+  Eigen::AlignedBox3d bounds;
+  for (int i = 0; i < 3; ++i) {
+    std::array<double, 2> range;
+    if (!ReadNumbers(ranges[i], 2, kRangeAllowed, kAnyNumber, range.data())) return false;
+    if (range[0] >= range[1]) return Fail(ranges[i], FormatRange(range), kRangeAllowed);
+    bounds.min()[i] = range[0];
+    bounds.max()[i] = range[1];
+  }
+  double edge_length;
+  if (!Require(map, "edge_length", kPositiveNumber.allowed, &edge_field) ||
+      !ReadNumber(edge_field, kPositiveNumber, &edge_length)) {
+    return false;
+  }
+  ImplicitMeshOptions options;
+  const YamlField* const open = map.Find("open");
+  if (open != nullptr && !ReadBool(*open, &options.allow_boundary)) return false;
+
+  if (!MeshImplicitSurface(*function, bounds, edge_length, options, mesh, &mistake)) {
+    // The key that the message is about.
+    const bool leaves_bounds = mistake.find("the surface leaves the bounds") == 0;
+    const YamlField& at = mistake.find("edge length") == 0                   ? edge_field
+                          : mistake.find("the bounds") == 0 || leaves_bounds ? bounds_field
+                                                                             : function_field;
+    return FailWith(
+        at, Clean(mistake, kMaxMessage) + (leaves_bounds ? ", or open: true to cut it there" : ""));
+  }
+  const std::vector<MeshDefect> defects = FindMeshDefects(*mesh, MeshDoctorOptions());
+  if (defects.empty()) return true;
+  return Fail(edge_field,
+              "a mesh with " + defects[0].text,
+              "a smaller edge length, or other bounds where they cut the surface");
+}
+
+bool SurfaceReader::ReadIcosphere(const YamlMap& map, TriangleMesh* mesh) {
+  const std::string allowed = "an integer from 1 to " + std::to_string(kMaxFrequency);
+  double radius;
+  int frequency;
+  YamlField field;
+  if (!RequireNumber(map, "radius", kPositiveNumber, &radius) ||
+      !Require(map, "frequency", allowed, &field) || !ReadInteger(field, allowed, &frequency)) {
+    return false;
+  }
+  if (frequency < 1 || frequency > kMaxFrequency) return Fail(field, Describe(field), allowed);
+  *mesh = MakeIcosphere(radius, frequency);
+  constexpr int kSmoothings = 10;
+  SmoothOnSphere(kSmoothings, mesh);
+  return true;
+}
+
+// The same limit surface, but for boundaries (see SubdivideLoop), with more control points.
+bool SurfaceReader::Refine(const YamlField& field, int levels, TriangleMesh* mesh) {
+  double vertices = static_cast<double>(mesh->vertices.size());
+  double edges = static_cast<double>(EdgeTable(mesh->triangles).edges().size());
+  double triangles = static_cast<double>(mesh->triangles.size());
+  for (int i = 0; i < levels; ++i) {
+    vertices += edges;
+    edges = 2.0 * edges + 3.0 * triangles;
+    triangles *= 4.0;
+  }
+  if (vertices > kMaxVertices) {
+    return Fail(field,
+                std::to_string(levels) + ", which makes " + FormatNumber(vertices) + " vertices",
+                "at most " + std::to_string(kMaxVertices) + " vertices");
+  }
+  if (surface_.interpolate) {
+    LoopMesh loop = MakeLoopMesh(*mesh);
+    if (!InterpolatePoints(&loop)) {
+      return Fail(field, "points that no Loop surface passes through", "fit: control");
+    }
+    for (std::size_t i = 0; i < mesh->vertices.size(); ++i) mesh->vertices[i] = loop.points.col(i);
+    surface_.interpolate = false;
+  }
+  for (int i = 0; i < levels; ++i) *mesh = SubdivideLoop(*mesh);
   return true;
 }
 
@@ -321,8 +452,8 @@ bool SurfaceReader::ReadValue(const YamlField& field,
   if (surface_.mesh != nullptr && (expression->DependsOn(0) || expression->DependsOn(1))) {
     return Fail(field,
                 Describe(field) + ", which names u or v",
-                "a number or an expression of x, y, z, as " + surface_.kind +
-                    " surfaces have no parameters");
+                "a number or an expression of x, y, z, as surfaces of kind " + surface_.kind +
+                    " have no parameters");
   }
   value->expression = *expression;
   if (expression->IsConstant()) {
@@ -358,7 +489,8 @@ bool SurfaceReader::ReadParameter(const YamlField& field, int parameter, double*
   if (surface_.mesh != nullptr) {
     return Fail(field,
                 std::string("the parameter ") + kParameterNames[parameter],
-                "{nearest: [x, y, z]}, as a " + surface_.kind + " has no parameters u and v");
+                "{nearest: [x, y, z]}, as surfaces of kind " + surface_.kind +
+                    " have no parameters u and v");
   }
   const std::array<double, 2>& range = Range(parameter);
   const double rounding = kRangeRounding * (range[1] - range[0]);
@@ -396,8 +528,11 @@ bool SurfaceReader::ReadRegion(const YamlField& field, bool near_allowed, Region
     region->kind = static_cast<Region::Kind>(i);
     if (HasSide(surface_, i)) return true;
     if (surface_.mesh != nullptr) {
-      return Fail(
-          field, Quote(text) + ", which a " + surface_.kind + " does not have", allowed_text);
+      return Fail(field,
+                  Quote(text) + ", which " +
+                      (i == 4 ? "a closed surface does not have"
+                              : "surfaces of kind " + surface_.kind + " do not have"),
+                  allowed_text);
     }
     const std::string why = i == 4 ? "u and v are" : std::string(kParameterNames[i / 2]) + " is";
     return Fail(

@@ -5,7 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "geometry/triangle_mesh.h"
 #include "solver/scene.h"
+#include "solver/scene_reader.h"
 #include "solver/scene_surface_checks.h"
 #include "solver/yaml_reader.h"
 
@@ -23,7 +25,9 @@ std::string DivisionsAllowed(const std::array<int, 2>& divisions,
 
 class SurfaceReader : public YamlReader {
  protected:
-  explicit SurfaceReader(const std::string& file) : YamlReader(file) {}
+  // Mesh files are relative to the folder; empty: the current one.
+  SurfaceReader(const std::string& file, const std::string& folder, const ReadOptions& options)
+      : YamlReader(file), folder_(folder), options_(options) {}
   ~SurfaceReader() = default;
 
   bool ReadSurface(const YamlField& field);
@@ -43,12 +47,19 @@ class SurfaceReader : public YamlReader {
   bool ReadRegion(const YamlField& field, bool near_allowed, Region* region);
   bool ReadPoint(const YamlField& field, SurfacePoint* point);
 
+  // A file that the scene names.
+  std::string Resolve(const std::string& file) const;
+
   const SurfaceSpec& surface() const { return surface_; }
   const std::vector<SurfaceSample>& samples() const { return samples_; }
 
  private:
   bool ReadShape(const YamlMap& map);
   bool ReadMeshSurface(const YamlMap& map);
+  bool ReadMeshFile(const YamlMap& map, TriangleMesh* mesh);
+  bool ReadImplicit(const YamlMap& map, TriangleMesh* mesh);
+  bool ReadIcosphere(const YamlMap& map, TriangleMesh* mesh);
+  bool Refine(const YamlField& field, int levels, TriangleMesh* mesh);
   bool ReadGrid(const YamlMap& map);
   bool CheckSurface(const YamlMap& map);
 
@@ -56,6 +67,8 @@ class SurfaceReader : public YamlReader {
     return parameter == 0 ? surface_.u_range : surface_.v_range;
   }
 
+  const std::string folder_;
+  const ReadOptions options_;
   SurfaceSpec surface_;
   std::vector<SurfaceSample> samples_;
 };

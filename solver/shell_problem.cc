@@ -69,11 +69,24 @@ Eigen::Matrix<double, 3, 2> PlaneBasis(const Eigen::Vector3d& n) {
   return basis;
 }
 
-std::unique_ptr<ShellSurface> MakeSurface(const Scene& scene) {
+// Null and *error where a mesh has no smooth Loop surface.
+std::unique_ptr<ShellSurface> MakeSurface(const Scene& scene, std::string* error) {
   const SurfaceSpec& spec = scene.surface;
   if (spec.mesh != nullptr) {
     LoopMesh mesh = MakeLoopMesh(*spec.mesh);
-    if (spec.interpolate) CHECK(InterpolatePoints(&mesh)) << "no Loop surface through the points";
+    const auto fail = [&](const std::string& problem) {
+      const SceneLocation& at = spec.location;
+      *error = at.file + ":" + std::to_string(at.line) + ": " + at.key + ": " + problem;
+      return nullptr;
+    };
+    if (spec.interpolate && !InterpolatePoints(&mesh)) {
+      return fail("found points that no Loop surface passes through; allowed fit: control");
+    }
+    const int vertex = FindSingularVertex(mesh);
+    if (vertex >= 0) {
+      return fail("found no tangent plane of the Loop surface at vertex " + std::to_string(vertex) +
+                  "; allowed a mesh without cusps and needles");
+    }
     return std::make_unique<ShellSurface>(std::move(mesh));
   }
   ParameterDomain::Options domain;
@@ -122,12 +135,15 @@ const char* ToString(Effect effect) {
   return "";
 }
 
-ShellProblem::ShellProblem(const Scene& scene, const Material& material, const Options& options)
+ShellProblem::ShellProblem(const Scene& scene,
+                           const Material& material,
+                           const Options& options,
+                           std::unique_ptr<ShellSurface> surface)
     : scene_(scene),
       options_(options),
       material_(material),
       measure_(MeasureOf(scene.model.strains, options.nonlinear)) {
-  surface_ = MakeSurface(scene);
+  surface_ = std::move(surface);
   points_.resize(surface_->num_elements());
   ParallelFor(ThreadsFor(surface_->num_elements(), options.num_threads),
               surface_->num_elements(),
@@ -163,7 +179,10 @@ std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
   material.poisson_ratio = scene.shell.poisson_ratio;
   material.density = scene.shell.density;
   if (!material.IsValid(error)) return nullptr;
-  std::unique_ptr<ShellProblem> problem(new ShellProblem(scene, material, options));
+  std::unique_ptr<ShellSurface> surface = MakeSurface(scene, error);
+  if (surface == nullptr) return nullptr;
+  std::unique_ptr<ShellProblem> problem(
+      new ShellProblem(scene, material, options, std::move(surface)));
   problem->dead_loads_ = AssembleDeadLoads(
       scene, *problem->surface_, options.nonlinear, problem->frame_, options.num_threads);
   problem->dead_loads_.force /= problem->force_unit_;

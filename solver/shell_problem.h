@@ -177,7 +177,10 @@ class ShellProblem {
   const std::vector<StrainPoints>& strain_points() const { return points_; }
 
  private:
-  ShellProblem(const Scene& scene, const Material& material, const Options& options);
+  ShellProblem(const Scene& scene,
+               const Material& material,
+               const Options& options,
+               std::unique_ptr<ShellSurface> surface);
 
   bool HoldRigidMotions(std::string* error);
   void ChooseUnknowns();

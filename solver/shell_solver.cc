@@ -246,9 +246,12 @@ bool FitsIntoMemory(const Scene& scene, std::string* error) {
   if (needed <= present) return true;
   std::ostringstream text;
   text.precision(3);
-  text << scene.surface.location.file << ":" << scene.surface.location.line
-       << (surface.mesh != nullptr ? ": surface.file: found " : ": surface.divisions: found ")
-       << dof << " dof, which need about " << needed / 1073741824.0
+  const char* const key = surface.mesh == nullptr       ? "divisions"
+                          : surface.kind == "icosphere" ? "frequency"
+                          : surface.kind == "implicit"  ? "edge_length"
+                                                        : "file";
+  text << scene.surface.location.file << ":" << scene.surface.location.line << ": surface." << key
+       << ": found " << dof << " dof, which need about " << needed / 1073741824.0
        << " GiB; allowed is what fits into this machine's " << present / 1073741824.0 << " GiB";
   *error = text.str();
   return false;
@@ -331,6 +334,7 @@ bool Solve(const Scene& scene,
            SolverSummary* summary,
            std::string* error) {
   *summary = SolverSummary();
+  summary->decisions = scene.surface.mended;
   problem->reset();
   if (!options.IsValid(error)) return false;
   if (!FitsIntoMemory(scene, error)) return false;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <system_error>
@@ -391,12 +390,6 @@ bool YamlReader::RequireNumber(const YamlMap& map,
                                double* value) {
   YamlField field;
   return Require(map, key, rule.allowed, &field) && ReadNumber(field, rule, value);
-}
-
-std::string YamlReader::Resolve(const std::string& file) const {
-  const std::filesystem::path path(file);
-  if (path.is_absolute()) return file;
-  return (std::filesystem::path(file_).parent_path() / path).string();
 }
 
 }  // namespace darboux

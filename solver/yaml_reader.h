@@ -123,9 +123,6 @@ class YamlReader {
     return FailWith(field, Problem(found, allowed, nearest));
   }
 
-  // A file named in the document: relative to the document's own folder.
-  std::string Resolve(const std::string& file) const;
-
   SceneLocation Location(const YamlField& field) const { return {file_, field.line, field.path}; }
 
   // The field in the words of a message.

@@ -17,8 +17,11 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#include "geometry/mesh_doctor.h"
+#include "geometry/mesh_io.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 
@@ -27,8 +30,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::StartsWith;
 
 constexpr char kPlate[] = R"(name: clamped-plate
 surface: {kind: plane, u: [0, 100], v: [0, 100], divisions: [16, 16]}
@@ -59,6 +64,15 @@ loads: [{kind: normal_traction, value: 50}]
 steps: 5000
 probes: [{name: centre, at: {uv: [50, 50]}}]
 )";
+
+// A mesh of any shape and size, held at one point. The surface is in line 2.
+std::string MeshScene(const std::string& surface) {
+  return "name: mesh\nsurface: {" + surface +
+         "}\nshell: {thickness: 0.01, young_modulus: 1.0e7, poisson_ratio: 0.3}\n"
+         "model: {theory: linear}\n"
+         "supports: [{on: {near: [10, 20, 30], radius: 0}, clamped: true}]\n"
+         "loads: [{kind: pressure, value: 1}]\n";
+}
 
 std::string ReadFile(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -228,6 +242,7 @@ TEST_F(DarbouxDeformTest, HelpShowsTheToolsOwnFlagsOnly) {
                              "--minimizer",
                              "--time_limit",
                              "--quiet",
+                             "--repair",
                              "--sparse_backend",
                              "--gradient_tolerance",
                              "--max_iterations"}) {
@@ -246,6 +261,8 @@ TEST_F(DarbouxDeformTest, MistakesOnTheCommandLineExitWithTwoAndWriteNothing) {
     std::vector<std::string> arguments;
     std::string message;
   };
+  const std::string ball =
+      Scene("ball.yaml", MeshScene("kind: icosphere, radius: 1, frequency: 2"));
   const std::vector<Mistake> mistakes = {
       {{}, "usage:"},
       {{OutFlag()}, "no argument"},
@@ -273,12 +290,15 @@ TEST_F(DarbouxDeformTest, MistakesOnTheCommandLineExitWithTwoAndWriteNothing) {
       {{Plate(), OutFlag(), "--quadrature=0"}, "--quadrature: found 0"},
       {{Plate(), OutFlag(), "--divisions=8"}, "--divisions"},
       {{Plate(), OutFlag(), "--divisions=0,8"}, "--divisions"},
+      {{ball, OutFlag(), "--divisions=8,8"},
+       "--divisions: found a surface of kind icosphere; allowed a parametric surface"},
+      {{Plate(), OutFlag(), "--repair=some"}, "true or false"},
       {{"missing.yaml", OutFlag()}, "missing.yaml:0: scene:"},
       {{folder_.string(), OutFlag()}, "scene:"},
       {{Plate(), "--out=" + Plate()}, "is no folder"},
       {{Plate(), "--out=" + Plate() + "/below"}, "is no folder"},
   };
-  const std::set<std::string> before = {"plate.yaml", "stderr", "stdout", "tmp"};
+  const std::set<std::string> before = {"ball.yaml", "plate.yaml", "stderr", "stdout", "tmp"};
   for (const Mistake& mistake : mistakes) {
     EXPECT_EQ(Run(mistake.arguments), 2) << mistake.message << "\n" << Stderr();
     EXPECT_THAT(Stderr(), HasSubstr(mistake.message));
@@ -401,6 +421,176 @@ TEST_F(DarbouxDeformTest, AccuracyIsReportedAndDecidesTheStatus) {
   EXPECT_EQ(Summary()["accuracy"]["reached"], false);
   EXPECT_EQ(Summary()["converged"], true);
   EXPECT_THAT(Stderr(), HasSubstr("warning: accuracy 1e-14 not reached"));
+}
+
+// ---- Meshes ------------------------------------------------------------------------------------
+
+std::vector<std::string> BrokenMeshes() {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(DARBOUX_DATA_DIR "/broken_meshes")) {
+    names.push_back(entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+TEST_F(DarbouxDeformTest, BrokenMeshesExitWithTwoAndOneLineThatNamesTheDefect) {
+  const std::vector<std::string> names = BrokenMeshes();
+  EXPECT_EQ(names.size(), 60u);
+  std::set<std::string> sound;
+  for (const std::string& name : names) {
+    const std::string file = DARBOUX_DATA_DIR "/broken_meshes/" + name;
+    const std::string scene = Scene("scene.yaml", MeshScene("kind: mesh, file: " + file));
+    const int status = Run({scene, OutFlag(), "--quiet"});
+    const std::string text = Stderr();
+    TriangleMesh mesh;
+    std::string expected;
+    if (ReadMesh(file, &mesh, &expected)) {
+      const std::vector<MeshDefect> defects = FindMeshDefects(mesh, {});
+      if (defects.empty()) {
+        EXPECT_EQ(status, 0) << name << ": " << text;
+        sound.insert(name);
+        fs::remove_all(Out());
+        continue;
+      }
+      expected = "found " + file + ": " + defects[0].text + "; ";
+    }
+    EXPECT_EQ(status, 2) << name;
+    EXPECT_THAT(text, StartsWith("darboux_deform: " + scene + ":2: surface.file: " + expected));
+    EXPECT_THAT(text, HasSubstr("allowed")) << name;
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 1) << text;
+    EXPECT_EQ(Stdout(), "");
+    EXPECT_FALSE(fs::exists(Out())) << name;
+  }
+  EXPECT_THAT(sound, ElementsAre("hole.off", "quad_not_planar.obj"));
+}
+
+TEST_F(DarbouxDeformTest, MeshesThatCanBeMendedRunWithRepair) {
+  std::set<std::string> run;
+  for (const std::string& name : BrokenMeshes()) {
+    // Beside the scene, under a name that is no part of a number.
+    const fs::path file = folder_ / ("mesh" + fs::path(name).extension().string());
+    fs::copy_file(
+        DARBOUX_DATA_DIR "/broken_meshes/" + name, file, fs::copy_options::overwrite_existing);
+    const std::string scene =
+        Scene("scene.yaml", MeshScene("kind: mesh, file: " + file.filename().string()));
+    const int status = Run({scene, OutFlag(), "--repair"});
+    if (status == 2) {
+      EXPECT_THAT(Stderr(), StartsWith("darboux_deform: " + scene + ":2: surface.file: ")) << name;
+      EXPECT_FALSE(fs::exists(Out())) << name;
+      continue;
+    }
+    EXPECT_EQ(status, 0) << name << ": " << Stderr();
+    run.insert(name);
+    ExpectCompleteResults(1);
+    // What was mended is said first, and kept.
+    const bool was_sound = name == "hole.off" || name == "quad_not_planar.obj";
+    const std::string text = Stderr();
+    EXPECT_EQ(text.find("mended " + file.string() + ": ") == 0, !was_sound) << text;
+    const Json decisions = Summary()["decisions"];
+    EXPECT_EQ(decisions.empty(), was_sound) << name;
+    if (!decisions.empty()) {
+      const std::string first = decisions[0].get<std::string>();
+      EXPECT_EQ(first, text.substr(0, first.size()));
+    }
+    fs::remove_all(Out());
+  }
+  EXPECT_THAT(run,
+              ElementsAre("back_to_back.off",
+                          "collinear.obj",
+                          "duplicate_triangle.off",
+                          "flipped_closed.obj",
+                          "flipped_triangle.obj",
+                          "hole.off",
+                          "inside_out.stl",
+                          "isolated_vertex.obj",
+                          "nan.obj",
+                          "nan_binary.ply",
+                          "quad_not_planar.obj",
+                          "repeated_vertex.obj",
+                          "seam.obj",
+                          "soup.obj"));
+}
+
+TEST_F(DarbouxDeformTest, RepairIsSilentWhenQuiet) {
+  const std::string scene = Scene(
+      "scene.yaml", MeshScene("kind: mesh, file: " DARBOUX_DATA_DIR "/broken_meshes/seam.obj"));
+  EXPECT_EQ(Run({scene, OutFlag(), "--repair", "--quiet"}), 0);
+  EXPECT_EQ(Stderr(), "");
+  EXPECT_EQ(Summary()["decisions"].size(), 2u);
+}
+
+TEST_F(DarbouxDeformTest, SoundMeshesAreTheSameWithRepair) {
+  const std::string scene =
+      Scene("scene.yaml", MeshScene("kind: mesh, file: " DARBOUX_DATA_DIR "/duck_642.obj"));
+  EXPECT_EQ(Run({scene, OutFlag()}), 0) << Stderr();
+  const Json before = Summary();
+  EXPECT_EQ(Run({scene, OutFlag(), "--repair"}), 0) << Stderr();
+  EXPECT_EQ(Summary()["max_displacement"], before["max_displacement"]);
+  EXPECT_EQ(Summary()["decisions"], before["decisions"]);
+}
+
+// Sound as a mesh, but squares of lengths are no numbers any more.
+TEST_F(DarbouxDeformTest, MeshesWithoutATangentPlaneExitWithTwo) {
+  TriangleMesh duck;
+  std::string error;
+  ASSERT_TRUE(ReadMesh(DARBOUX_DATA_DIR "/duck_642.obj", &duck, &error)) << error;
+  for (const double factor : {1e-200, 1e200}) {
+    TriangleMesh scaled = duck;
+    for (Eigen::Vector3d& x : scaled.vertices) x *= factor;
+    ASSERT_TRUE(WriteObj((folder_ / "duck.obj").string(), scaled, &error)) << error;
+    const std::string scene = Scene("scene.yaml", MeshScene("kind: mesh, file: duck.obj"));
+    EXPECT_EQ(Run({scene, OutFlag()}), 2);
+    EXPECT_EQ(Stderr(),
+              "darboux_deform: " + scene +
+                  ":2: surface: found no tangent plane of the Loop surface at vertex 0; allowed a "
+                  "mesh without cusps and needles\n");
+  }
+}
+
+// A duck of 90 mm under uniform pressure, nothing held, in SI units and in N, mm, MPa; the mesh of
+// the latter lies beside the scene.
+TEST_F(DarbouxDeformTest, UnitsOfAMeshDoNotMatter) {
+  TriangleMesh duck;
+  std::string error;
+  ASSERT_TRUE(ReadMesh(DARBOUX_DATA_DIR "/duck_642.obj", &duck, &error)) << error;
+  for (Eigen::Vector3d& x : duck.vertices) x *= 1e3;
+  ASSERT_TRUE(WriteObj((folder_ / "duck_mm.obj").string(), duck, &error)) << error;
+  const auto solve = [&](const std::string& file,
+                         const std::string& shell,
+                         const std::string& pressure,
+                         const std::string& beak) {
+    const std::string scene =
+        Scene("duck.yaml",
+              "name: duck\nsurface: {kind: mesh, file: " + file + "}\nshell: {" + shell +
+                  ", poisson_ratio: 0.45}\nmodel: {theory: linear}\n"
+                  "loads: [{kind: pressure, value: " +
+                  pressure + "}]\nprobes: [{name: beak, at: {nearest: " + beak + "}}]\n");
+    EXPECT_EQ(Run({scene, OutFlag()}), 0) << Stderr();
+    ExpectCompleteResults(1);
+    return Summary();
+  };
+  const Json metres = solve(DARBOUX_DATA_DIR "/duck_642.obj",
+                            "thickness: 0.001, young_modulus: 1.0e6",
+                            "1",
+                            "[0.1, 0, 0.06]");
+  const Json millimetres =
+      solve("duck_mm.obj", "thickness: 1, young_modulus: 1", "1.0e-6", "[100, 0, 60]");
+  const auto value = [](const Json& json, const char* path) {
+    return json.at(Json::json_pointer(path)).get<double>();
+  };
+  EXPECT_EQ(metres["elements"], 1280);
+  EXPECT_GT(value(metres, "/max_displacement"), 1e-7);
+  EXPECT_LT(value(metres, "/max_displacement"), 1e-3);
+  for (const auto& [path, factor] : {std::make_pair("/max_displacement", 1e3),
+                                     std::make_pair("/probes/beak/displacement/x", 1e3),
+                                     std::make_pair("/probes/beak/position/0", 1e3),
+                                     std::make_pair("/energy/total", 1e3),
+                                     std::make_pair("/energy/bending", 1e3),
+                                     std::make_pair("/max_rotation", 1.0)}) {
+    const double expected = factor * value(metres, path);
+    EXPECT_NEAR(value(millimetres, path), expected, 1e-9 * std::abs(expected)) << path;
+  }
 }
 
 }  // namespace

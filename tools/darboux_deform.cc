@@ -20,7 +20,6 @@
 
 #include "solver/accuracy.h"
 #include "solver/results.h"
-#include "solver/scene_reader.h"
 #include "solver/shell_solver.h"
 #include "tools/solver_flags.h"
 
@@ -109,7 +108,8 @@ int Run(int argc, char** argv) {
   Scene scene;
   SolverOptions options;
   std::string error;
-  if (!SolverOptionsFromFlags(&options, &error) || !ReadScene(arguments[0], &scene, &error) ||
+  if (!SolverOptionsFromFlags(&options, &error) ||
+      !ReadSceneWithFlags(arguments[0], &scene, &error) ||
       !ApplyFlags(&scene, &overridden, &error)) {
     PrintError(error);
     return kExitBadInput;

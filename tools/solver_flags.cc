@@ -22,6 +22,11 @@ DEFINE_int32(quadrature,
              0,
              "Points per triangle: 1, 3, 6 or 12, in place of the scene's model.quadrature.");
 DEFINE_string(divisions, "", "M,N cells in u and v, in place of the scene's surface.divisions.");
+DEFINE_bool(
+    repair,
+    false,
+    "Mend the scene's mesh file before use: sew seams, drop or flatten what is no triangle, "
+    "wind triangles alike and outwards. What was done is printed and kept in the results.");
 DEFINE_double(time_limit,
               0.0,
               "Seconds after which the solver stops and what it has is written; 0 for no limit.");
@@ -221,6 +226,18 @@ bool ParseCommandLine(const Tool& tool,
     return fail("found " + found + "; allowed exactly " + std::to_string(tool.num_arguments));
   }
   if (FLAGS_out.empty()) return fail("--out: found no folder; allowed the name of a folder");
+  return true;
+}
+
+bool ReadSceneWithFlags(const std::string& file, Scene* scene, std::string* error) {
+  ReadOptions options;
+  options.repair = FLAGS_repair;
+  if (!ReadScene(file, scene, error, options)) return false;
+  if (!FLAGS_quiet) {
+    for (const std::string& line : scene->surface.mended) {
+      std::fprintf(stderr, "%s\n", line.c_str());
+    }
+  }
   return true;
 }
 

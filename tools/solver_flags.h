@@ -40,6 +40,10 @@ struct Tool {
 bool ParseCommandLine(
     const Tool& tool, int argc, char** argv, std::vector<std::string>* arguments, int* exit_status);
 
+// Reads a scene, with its mesh mended where --repair is given; prints what was mended to stderr, a
+// line for each thing, unless --quiet is given. False and *error as ReadScene.
+bool ReadSceneWithFlags(const std::string& file, Scene* scene, std::string* error);
+
 // Applies --theory, --strains, --minimizer, --quadrature, --divisions to a scene. Names of the
 // flags that were given go to *overridden. False and *error ("--FLAG: found ...; allowed ...").
 bool ApplyFlags(Scene* scene, std::vector<std::string>* overridden, std::string* error);
