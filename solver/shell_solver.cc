@@ -133,13 +133,20 @@ double EstimateNonlinearity(const ShellProblem& linear) {
   return reference > 0.0 ? difference / reference : 0.0;
 }
 
-// The largest membrane strain and rotation over the quadrature points.
+// The largest membrane strain and rotation over the quadrature points, and a decision where the
+// surface is compressed beyond what its material is made for.
 void FindExtremes(const ShellProblem& problem, int num_threads, SolverSummary* summary) {
   const ShellSurface& surface = problem.surface();
   const int threads = ThreadsFor(surface.num_elements(), num_threads);
+  struct Compression {
+    double strain = 0.0;  // smallest principal, below zero
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  };
   std::vector<double> largest_strain(threads, 0.0), largest_rotation(threads, 0.0);
+  std::vector<Compression> compressions(threads);
   ParallelFor(threads, surface.num_elements(), [&](int thread, int begin, int end) {
     double largest = 0.0, turned = 0.0;
+    Compression most;
     for (int e = begin; e < end; ++e) {
       const auto& vertices = surface.control_vertices(e);
       for (const StrainPoint& p : *problem.strain_points()[e]) {
@@ -153,6 +160,7 @@ void FindExtremes(const ShellProblem& problem, int num_threads, SolverSummary* s
         const double mean = 0.5 * (strain[0] + strain[1]);
         const double radius = std::hypot(0.5 * (strain[0] - strain[1]), 0.5 * strain[2]);
         largest = std::max(largest, std::abs(mean) + radius);
+        if (mean - radius < most.strain) most = {mean - radius, p.position};
         double rotation = d.transpose().operator*(p.n).norm();
         if (problem.nonlinear()) {
           const Eigen::Vector3d normal =
@@ -164,9 +172,28 @@ void FindExtremes(const ShellProblem& problem, int num_threads, SolverSummary* s
     }
     largest_strain[thread] = largest;
     largest_rotation[thread] = turned;
+    compressions[thread] = most;
   });
   summary->max_membrane_strain = *std::max_element(largest_strain.begin(), largest_strain.end());
   summary->max_rotation = *std::max_element(largest_rotation.begin(), largest_rotation.end());
+
+  // A strip of St. Venant-Kirchhoff material of l times its length resists with E h l (1 - l^2) /
+  // 2: most at l = 1/sqrt(3), Green strain -1/3, less beyond, not at all at l = 0, Green strain
+  // -1/2.
+  constexpr double kCrushed = -0.3;
+  const Compression& most = *std::min_element(
+      compressions.begin(), compressions.end(), [](const Compression& a, const Compression& b) {
+        return a.strain < b.strain;
+      });
+  if (problem.nonlinear() && most.strain < kCrushed) {
+    std::ostringstream line;
+    line << "crushed: membrane strain " << most.strain << " at (" << most.position.x() << ", "
+         << most.position.y() << ", " << most.position.z()
+         << ") at rest; past -1/3 the St. Venant-Kirchhoff material gives way (-1/2: no length is"
+            " left) and is no model; spread a force over about a thickness or take coarser cells"
+            " under it";
+    summary->decisions.push_back(line.str());
+  }
 }
 
 void Finish(ShellProblem* problem,

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "tests/solve_util.h"
 
@@ -617,6 +618,49 @@ loads:
   EXPECT_LE(summary.gradient_norm, 1e-2);
   EXPECT_GT(summary.steps.back().factor, 0.0);
   EXPECT_LT(summary.steps.back().factor, 1.0);
+}
+
+// A strip held flat whose length goes from 1 to 1 - d has the Green strain ((1 - d)^2 - 1) / 2
+// everywhere (six points per triangle: exact up to the free edge).
+Solution PressedStrip(double d) {
+  return SolveScene(SceneFromText(R"(
+name: pressed
+surface: {kind: plane, u: [0, 2], v: [0, 1], divisions: [6, 3]}
+shell: {thickness: 1, young_modulus: 1000, poisson_ratio: 0}
+model: {theory: nonlinear, quadrature: 6}
+supports:
+  - {on: u_min, fix: [x]}
+  - {on: u_max, fix: [x], displacement: [)" +
+                                  std::to_string(-2.0 * d) + R"(, 0, 0]}
+  - {on: v_min, fix: [y]}
+  - {on: {near: [1, 0.5, 0], radius: 2}, fix: [z]}
+steps: 4
+)"));
+}
+
+std::vector<std::string> CrushedLines(const Solution& solution) {
+  std::vector<std::string> lines;
+  for (const std::string& line : solution.summary.decisions) {
+    if (line.find("crushed") != std::string::npos) lines.push_back(line);
+  }
+  return lines;
+}
+
+TEST(ShellSolverTest, CrushedMaterialIsSaid) {
+  const Solution crushed = PressedStrip(0.39);
+  EXPECT_NEAR(crushed.summary.max_membrane_strain, 0.31395, 1e-5);
+  ASSERT_EQ(CrushedLines(crushed).size(), 1u);
+  EXPECT_THAT(CrushedLines(crushed)[0], HasSubstr("membrane strain -0.31395 at ("));
+  EXPECT_THAT(CrushedLines(crushed)[0], HasSubstr("spread a force"));
+  const Solution pressed = PressedStrip(0.35);
+  EXPECT_NEAR(pressed.summary.max_membrane_strain, 0.28875, 1e-5);
+  EXPECT_TRUE(CrushedLines(pressed).empty());
+  const Solution stretched = PressedStrip(-1.0);
+  EXPECT_NEAR(stretched.summary.max_membrane_strain, 1.5, 1e-5);
+  EXPECT_TRUE(CrushedLines(stretched).empty());
+  for (const char* scene : {"nonlinear_plate_p1000.yaml", "cantilever_moment.yaml"}) {
+    EXPECT_TRUE(CrushedLines(SolveScene(SceneFromData(scene))).empty()) << scene;
+  }
 }
 
 TEST(ShellSolverTest, MinimisersAgree) {
