@@ -336,10 +336,17 @@ bool Grasp::Update() {
       state_.multipliers[blocks_[b].first + q] = all[b][q].pressure;
     }
     if (unsettled && blocks_[b].friction != nullptr) {
-      LagFriction(all[b], &state_.friction[blocks_[b].first]);
+      darboux::LagFriction(all[b], &state_.friction[blocks_[b].first]);
     }
   }
   return deep || unsettled;
+}
+
+void Grasp::LagFriction() {
+  for (const Block& block : blocks_) {
+    if (block.friction == nullptr) continue;
+    darboux::LagFriction(States(block), &state_.friction[block.first]);
+  }
 }
 
 void Grasp::Advance() {

@@ -78,6 +78,8 @@ class Grasp {
   // Multipliers <- pressures, friction <- present normal forces. Returns whether that changed
   // anything that matters: penetration above what is allowed, or friction not settled.
   bool Update();
+  // Friction <- present normal forces, whatever they are.
+  void LagFriction();
   // After a load step: anchors of friction.
   void Advance();
   // The largest penetration, in units of length.

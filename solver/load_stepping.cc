@@ -213,7 +213,13 @@ LoadStepping::Result LoadStepping::AdvanceByDescent(double factor) {
   State direct;
   std::string direct_message;
   // Straight to the asked load; where that fails, in 5, then 20 parts from the last good state.
-  for (const int parts : {1, 5, 20}) {
+  Grasp* const grasp = problem_->grasp();
+  const int least =
+      grasp == nullptr
+          ? 1
+          : std::max(1, static_cast<int>(std::ceil((factor - from) / grasp->LargestStep())));
+  for (const int times : {1, 5, 20}) {
+    const int parts = times * least;
     Restore(good_);
     result.converged = true;
     const double begin = good_.factor;
@@ -233,20 +239,33 @@ LoadStepping::Result LoadStepping::AdvanceByDescent(double factor) {
       result.converged =
           Descend(problem_, options_, deadline_, &used, &result.equilibrium, &result.message);
       result.iterations += used;
+      // Multipliers of contact and lagged friction.
+      constexpr int kMaxUpdates = 30;
+      for (int update = 0; grasp != nullptr && result.converged && grasp->Update(); ++update) {
+        result.converged =
+            update < kMaxUpdates &&
+            Descend(problem_, options_, deadline_, &used, &result.equilibrium, &result.message);
+        result.iterations += used;
+      }
+      if (grasp != nullptr && result.converged) {
+        result.message = grasp->Fault();
+        result.converged = result.message.empty();
+        if (result.converged) grasp->Advance();
+      }
       if (result.converged) good_ = Present();
     }
-    if (parts == 1) {
+    if (times == 1) {
       direct = Present();
       direct_message = result.message;
     }
     // Smaller steps do not help where equilibrium is reached but for the last digits.
     constexpr double kNearly = 100.0;
     if (result.converged || deadline_.Stopped() || deadline_.TimedOut() ||
-        (parts == 1 &&
+        (times == 1 &&
          result.equilibrium.relative_gradient <= kNearly * options_.gradient_tolerance)) {
       break;
     }
-    if (parts < 20) {
+    if (times < 20) {
       std::ostringstream line;
       line << "load factor " << factor << " not reached in " << parts
            << (parts == 1 ? " step (" : " steps (") << result.message << "): cut";

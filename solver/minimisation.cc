@@ -329,8 +329,9 @@ bool Descend(ShellProblem* problem,
     if (equilibrium->relative_gradient > options.gradient_tolerance &&
         equilibrium->relative_gradient >
             kRoundings * RoundingFloor(problem, equilibrium->reference)) {
-      // Without loads the scale was that of reactions before equilibrium, which were larger.
-      if (loads == 0.0 && ceres_summary.num_successful_steps > 1 &&
+      // Without loads the scale was that of reactions before equilibrium, with fingers that of a
+      // contact before the shell gave way: larger.
+      if ((loads == 0.0 || problem->grasp() != nullptr) && ceres_summary.num_successful_steps > 1 &&
           *iterations < options.max_iterations) {
         continue;
       }

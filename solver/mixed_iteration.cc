@@ -1,5 +1,6 @@
 #include "solver/mixed_iteration.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -119,6 +120,7 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
   // A step into a state whose strains are undefined is halved, this often at most.
   constexpr int kMaxHalvings = 10;
   int halvings = 0;
+  int lagged = 0;
   double previous = std::numeric_limits<double>::infinity();
   while (true) {
     if (!tangent_.Evaluate(first)) {
@@ -157,6 +159,14 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
     }
     ++summary.iterations;
 
+    if (problem_->grasp() != nullptr && !problem_->mean_conditions().empty()) {
+      // What bounds the steps of a shell that fingers do not hold yet must not slow down the last.
+      constexpr double kLeast = 1e-5;
+      Eigen::VectorXd weights = tangent_.update_weights();
+      weights.tail(problem_->mean_conditions().size()) *=
+          std::clamp(summary.relative_gradient, kLeast, 1.0);
+      cholesky_->SetUpdate(tangent_.update_vectors(), weights);
+    }
     ++summary.factorisations;
     bool factorised = FactorizePositive();
     if (!factorised) ++summary.scaled;
@@ -176,15 +186,25 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
     // Stresses are those of the whole step also where the displacements take part of it: they
     // balance the loads, while those of a part would keep what the last steps have stretched too
     // far, and its stiffness with it.
-    double rotation = tangent_.LargestRotation(step);
+    // The linear theory knows no rotation.
+    double rotation = problem_->nonlinear() ? tangent_.LargestRotation(step) : 0.0;
     if (rotation > kMaxRotation) {
       step *= kMaxRotation / rotation;
       rotation = kMaxRotation;
       ++summary.limited;
     }
-    if (Bend(rotation, &step)) ++summary.limited;
+    if (problem_->nonlinear() && Bend(rotation, &step)) ++summary.limited;
     problem_->displacements() += tangent_.Expand(step);
     SettleSupports();
+    // What is held by friction alone needs it as soon as contact forces mean something; after a few
+    // times it stays as it is, or the iteration would have no fixed aim.
+    constexpr double kMeaningful = 0.3;
+    constexpr int kTimes = 10;
+    if (problem_->grasp() != nullptr && summary.relative_gradient < kMeaningful &&
+        lagged < kTimes) {
+      problem_->grasp()->LagFriction();
+      ++lagged;
+    }
   }
 }
 
