@@ -38,6 +38,9 @@ class ShellSurface {
   // Parametric surfaces only.
   const ParameterDomain& domain() const { return *domain_; }
   const ControlMesh& mesh() const { return domain_ ? domain_->mesh() : loop_.mesh; }
+  // Of a mesh, a column per control vertex: the limit surface of them is the rest shape. Empty for a
+  // parametric surface.
+  const Eigen::Matrix3Xd& control_points() const { return loop_.points; }
   const LoopBasis& basis() const { return basis_; }
   int num_elements() const { return mesh().num_elements; }
   // Control vertices that the displacement on an element depends on; the columns of

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 
 #ifdef DARBOUX_HAVE_CHOLMOD
 #include <cholmod.h>
@@ -213,14 +214,23 @@ std::unique_ptr<SparseCholesky> SparseCholesky::Create([[maybe_unused]] SparseBa
 
 int UpdatedCholesky::NegativeEigenvalues(int negative_of_base) {
   if (weights_.size() == 0) return negative_of_base;
-  solved_ = base_->SolveMany(vectors_);
-  Eigen::MatrixXd m = vectors_.transpose() * solved_;
+  const Eigen::MatrixXd solved = base_->SolveMany(vectors_);
+  Eigen::MatrixXd m = vectors_.transpose() * solved;
   m = (0.5 * (m + m.transpose())).eval();
-  m.diagonal() += weights_.cwiseInverse();
-  small_.compute(m);
-  if (!small_.isInvertible()) return -1;
+  // With S = diag(scale) instead of M and V: S M S, V S. What is left of a diagonal entry of M is
+  // then compared with its two terms, whatever the sizes of the weights.
+  const Eigen::VectorXd inverse = weights_.cwiseInverse();
+  const Eigen::VectorXd scale =
+      (inverse.cwiseAbs() + m.diagonal().cwiseAbs()).cwiseSqrt().cwiseInverse();
+  m.diagonal() += inverse;
+  m = (scale.asDiagonal() * m * scale.asDiagonal()).eval();
+  solved_ = solved * scale.asDiagonal();
   const Eigen::VectorXd eigenvalues =
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(m, Eigen::EigenvaluesOnly).eigenvalues();
+  constexpr double kRounding = 1e-12;
+  const Eigen::VectorXd sizes = eigenvalues.cwiseAbs();
+  if (!(sizes.minCoeff() > kRounding * std::max(1.0, sizes.maxCoeff()))) return -1;
+  small_.compute(m);
   const auto positive = (eigenvalues.array() > 0.0).count();
   const auto added = (weights_.array() > 0.0).count();
   return negative_of_base + static_cast<int>(positive - added);

@@ -71,8 +71,8 @@ class UpdatedCholesky : public SparseCholesky {
   std::unique_ptr<SparseCholesky> base_;
   Eigen::MatrixXd vectors_;
   Eigen::VectorXd weights_;
-  Eigen::MatrixXd solved_;                   // V
-  Eigen::FullPivLU<Eigen::MatrixXd> small_;  // M
+  Eigen::MatrixXd solved_;                   // V, columns scaled
+  Eigen::FullPivLU<Eigen::MatrixXd> small_;  // M, rows and columns scaled
 };
 
 // A fill-reducing order of the vertices of a graph: order[k] is the vertex eliminated k-th.

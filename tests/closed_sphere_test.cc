@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/solve_util.h"
+#include "tests/test_util.h"
 
 namespace darboux {
 namespace {
@@ -94,12 +95,80 @@ TEST_P(ClosedSphereTest, ConvergesToTheClosedForm) {
   }
   EXPECT_LE(errors[0].all, 3e-4);
   EXPECT_LE(errors[1].all, 5e-5);
+  // From 1,926 to 7,686 dof, at least h^3.4.
+  EXPECT_LE(errors[1].all, errors[0].all / std::pow(2.0, 2.0 * 1.7));
 }
 
 INSTANTIATE_TEST_SUITE_P(Loads,
                          ClosedSphereTest,
                          ::testing::Values(&UniformPressure(), &SecondHarmonic()),
                          [](const auto& info) { return std::string(info.param->name); });
+
+// Nothing is pinned: where the loads balance the ball stays where it is on the average, and nothing
+// bears on it.
+TEST_P(ClosedSphereTest, DoesNotDrift) {
+  const Solution solution = SolveScene(Ball(8, GetParam()->value));
+  const ShellSurface& surface = solution.problem->surface();
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero(), turn = Eigen::Vector3d::Zero();
+  double area = 0.0;
+  for (int e = 0; e < surface.num_elements(); ++e) {
+    const auto& vertices = surface.control_vertices(e);
+    for (const StrainPoint& point : *solution.problem->strain_points()[e]) {
+      Eigen::Vector3d u = Eigen::Vector3d::Zero();
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        u += point.weights(kRowValue, i) * solution.problem->displacements().col(vertices[i]);
+      }
+      area += point.area;
+      mean += point.area * u;
+      turn += point.area * point.position.cross(u) / kRadius;
+    }
+  }
+  const double largest = solution.summary.max_displacement;
+  EXPECT_GT(largest, 90.0);
+  EXPECT_LT(mean.norm() / area, 1e-10 * largest);
+  EXPECT_LT(turn.norm() / area, 1e-10 * largest);
+  EXPECT_EQ(solution.summary.free_motions.size(), 6u);
+  // Against the load on one side of the ball, in N.
+  EXPECT_LT(solution.summary.reaction.norm(), 1e-10 * M_PI * kRadius * kRadius);
+}
+
+// Isoparametric: any rigid motion of a deformed ball is in the space, finite ones as well.
+TEST(ClosedSphereEnergyTest, IsInvariantUnderFiniteRigidMotions) {
+  Scene scene = Ball(4, "1");
+  scene.model.theory = Theory::kNonlinear;
+  ShellProblem::Options options;
+  options.nonlinear = true;
+  std::string error;
+  const auto problem = ShellProblem::Create(scene, options, &error);
+  ASSERT_NE(problem, nullptr) << error;
+  ASSERT_EQ(problem->measure(), StrainMeasure::kKoiter);
+  const Eigen::Matrix3Xd& x = problem->surface().control_points();
+  // Strains of some percent.
+  Eigen::Matrix3Xd u(3, x.cols());
+  for (int i = 0; i < x.cols(); ++i) {
+    const Eigen::Vector3d n = x.col(i).normalized();
+    u.col(i) = 0.05 * kRadius *
+               Eigen::Vector3d(std::sin(2.0 * n.y()), n.x() * n.z(), n.z() + std::cos(3.0 * n.x()));
+  }
+  const auto energy = [&problem](Effect effect, const Eigen::Matrix3Xd& displacements) {
+    problem->displacements() = displacements;
+    return problem->Energy(effect);
+  };
+  const Eigen::Vector3d far(3.0 * kRadius, -kRadius, 2.0 * kRadius);
+  for (const Effect effect : {Effect::kMembrane, Effect::kBending}) {
+    const double expected = energy(effect, u);
+    ASSERT_GT(expected, 0.0);
+    for (const double angle : {0.3, 2.5}) {
+      const Eigen::Matrix3Xd moved = (SkewRotation(angle) * (x + u)).colwise() + far;
+      EXPECT_NEAR(energy(effect, moved - x), expected, 1e-12 * expected)
+          << ToString(effect) << ", " << angle << " rad";
+      // Of the undeformed ball: nothing at all.
+      const Eigen::Matrix3Xd rigid = (SkewRotation(angle) * x).colwise() + far;
+      EXPECT_LT(energy(effect, rigid - x), 1e-20 * expected)
+          << ToString(effect) << ", " << angle << " rad";
+    }
+  }
+}
 
 }  // namespace
 }  // namespace darboux
