@@ -323,11 +323,12 @@ bool ShellProblem::HoldRigidMotions(std::string* error) {
     return false;
   }
 
-  // The mean of motion . displacement over the shell.
+  // The mean of motion . displacement over the shell. Stiff beside what dead loads that press on a
+  // free shell turn it by: multipliers settle only where it is more than twice that.
+  const double stiffness = (grasp_ == nullptr ? 100.0 : 1.0) * scaled_material_.MembraneStiffness();
   double area = 0.0;
   for (int k = 0; k < motions.cols(); ++k) {
-    mean_conditions_.push_back(
-        {Eigen::Matrix3Xd::Zero(3, displacements_.cols()), scaled_material_.MembraneStiffness()});
+    mean_conditions_.push_back({Eigen::Matrix3Xd::Zero(3, displacements_.cols()), stiffness});
   }
   for (size_t e = 0; e < points_.size(); ++e) {
     const std::vector<int>& vertices = surface_->control_vertices(static_cast<int>(e));
