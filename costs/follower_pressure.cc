@@ -83,6 +83,25 @@ Eigen::Matrix3Xd FollowerPressure::ExactForce(double const* const* displacements
   return force;
 }
 
+double FollowerPressure::RestVolume() const {
+  double volume = 0.0;
+  for (const StrainPoint& point : *points_) {
+    volume += point.area / 3.0 * (point.position - origin_).dot(point.n);
+  }
+  return volume;
+}
+
+double FollowerPressure::SweptVolume(double const* const* displacements) const {
+  double volume = 0.0;
+  for (const StrainPoint& point : *points_) {
+    const Eigen::Matrix3d inputs = Inputs(point, displacements);
+    const Eigen::Vector3d u = inputs.col(0);
+    const Eigen::Vector3d arm = point.position - origin_ + u;
+    volume += point.area / 3.0 * (u.dot(point.n) + arm.dot(NormalChange(point, inputs)));
+  }
+  return volume;
+}
+
 bool FollowerPressure::Linearise(double const* const* displacements,
                                  Eigen::Matrix3Xd* force,
                                  Eigen::MatrixXd* stiffness) const {

@@ -33,6 +33,11 @@ class FollowerPressure : public Potential, public FollowerForce {
   // Force on control vertex i of the element as column i.
   Eigen::Matrix3Xd ExactForce(double const* const* displacements) const;
 
+  // 1/3 (X - o) . n dA over the element, and the change of 1/3 (x - o) . N dA: summed over a closed
+  // surface the enclosed volume at rest and what the deformation adds to it, m^3.
+  double RestVolume() const;
+  double SweptVolume(double const* const* displacements) const;
+
   // ExactForce and its derivative.
   bool Linearise(double const* const* displacements,
                  Eigen::Matrix3Xd* force,

@@ -98,6 +98,8 @@ DeadLoads AssembleDeadLoads(const Scene& scene,
               p.at.element, p.point, p.point.area * EvaluateAt(load.force, surface, p.at), true);
         }
         break;
+      case LoadSpec::Kind::kGas:
+        break;
       default:
         area_loads.push_back(&load);
     }

@@ -78,9 +78,27 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
   options.max_iterations = std::min(kMaxIterations, options_.max_iterations);
   options.gradient_tolerance = options_.gradient_tolerance;
   options.stop = [this] { return deadline_.Stopped() || deadline_.TimedOut(); };
+  Grasp* const grasp = problem_->grasp();
+  if (problem_->has_gas() && good_.factor == 0.0) {
+    Restore(good_);
+    MixedIteration::Summary summary = mixed_->Inflate(options);
+    if (summary.converged && grasp != nullptr) SettleGrasp(options, &summary);
+    result->iterations += summary.iterations;
+    std::ostringstream line;
+    line << "gas inflates the shell: " << summary.iterations << " iterations, "
+         << summary.factorisations << " factorisations";
+    Note(line.str());
+    if (!summary.converged) {
+      result->message = summary.message;
+      if (summary.stopped && deadline_.Stopped()) result->message = "stopped by the user";
+      if (summary.stopped && deadline_.TimedOut()) result->message = "time limit reached";
+      return false;
+    }
+    if (grasp != nullptr) grasp->Advance();
+    good_ = Present();
+  }
   const double whole = target - good_.factor;
   double step = whole;
-  Grasp* const grasp = problem_->grasp();
   const double largest =
       grasp != nullptr ? grasp->LargestStep() : std::numeric_limits<double>::infinity();
   // The first touch is the hardest.
@@ -316,7 +334,9 @@ LoadStepping::Result LoadStepping::Advance(double factor) {
   const bool reached = given || AdvanceMixed(factor, &result);
   const bool out_of_time = deadline_.Stopped() || deadline_.TimedOut();
   Restore(good_);
-  if (reached || (!out_of_time && minimizer == Minimizer::kAuto)) {
+  // Descent has the gas's pressure frozen.
+  const bool descends = minimizer == Minimizer::kAuto && !problem_->has_gas();
+  if (reached || (!out_of_time && descends)) {
     if (!reached) {
       std::ostringstream line;
       line << "descent from load factor " << good_.factor << " to " << factor;
@@ -330,7 +350,12 @@ LoadStepping::Result LoadStepping::Advance(double factor) {
                              : 0.0;
     result.converged = reached && result.equilibrium.relative_gradient <=
                                       std::max(options_.gradient_tolerance, kRoundings * floor);
-    if (!result.converged) {
+    if (!result.converged && problem_->has_gas()) {
+      std::ostringstream text;
+      text << "relative gradient " << result.equilibrium.relative_gradient
+           << " by Ceres' problem after the mixed iteration";
+      result.message = text.str();
+    } else if (!result.converged) {
       int used = 0;
       result.converged =
           Descend(problem_, options_, deadline_, &used, &result.equilibrium, &result.message);

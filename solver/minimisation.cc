@@ -218,6 +218,7 @@ Equilibrium CheckEquilibrium(ShellProblem* problem) {
   const Eigen::Matrix3Xd supports = problem->Gradient(Effect::kSupports);
   Eigen::Matrix3Xd loads = problem->Gradient(Effect::kLoads);
   if (problem->grasp() != nullptr) loads -= problem->force_unit() * problem->grasp()->Force();
+  if (problem->has_gas()) loads += problem->Gradient(Effect::kGas);
   result.loads = loads.norm();
   result.reference = supports.norm() + result.loads;
   const double gradient = problem->Gradient().norm();

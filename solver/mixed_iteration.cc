@@ -81,6 +81,9 @@ void MixedIteration::SettleSupports() {
 bool MixedIteration::FactorizePositive() {
   if (!analysed_) cholesky_->Analyze(tangent_.matrix());
   analysed_ = true;
+  if (problem_->has_gas()) {
+    cholesky_->SetUpdate(tangent_.update_vectors(), tangent_.update_weights());
+  }
   return cholesky_->Factorize(tangent_.matrix());
 }
 
@@ -95,6 +98,46 @@ int MixedIteration::FactorizeHessian() {
   request.matrix = true;
   request.initial_stresses = &stresses_;
   return tangent_.Evaluate(request) ? Factorize() : -1;
+}
+
+MixedIteration::Summary MixedIteration::Inflate(const Options& options) {
+  // Steps of the charge are cut to this part of one that fails, down to the smallest.
+  constexpr double kCut = 0.25, kSmallest = 1.0 / 300.0;
+  Summary summary;
+  summary.converged = true;
+  if (!problem_->has_gas()) return summary;
+  double reached = 0.0, step = 1.0;
+  while (reached < 1.0) {
+    const Eigen::Matrix3Xd displacements = problem_->displacements();
+    const std::vector<double> multipliers = problem_->multipliers();
+    const TangentStiffness::StressField stresses = stresses_;
+    const double part = std::min(1.0, reached + step);
+    problem_->SetGasCharge(part);
+    const Summary one = Solve(options);
+    summary.iterations += one.iterations;
+    summary.factorisations += one.factorisations;
+    summary.limited += one.limited;
+    summary.scaled += one.scaled;
+    summary.relative_gradient = one.relative_gradient;
+    if (one.converged) {
+      reached = part;
+      continue;
+    }
+    problem_->displacements() = displacements;
+    problem_->SetMultipliers(multipliers);
+    stresses_ = stresses;
+    step *= kCut;
+    if (step >= kSmallest && !one.stopped) continue;
+    problem_->SetGasCharge(1.0);
+    summary.converged = false;
+    summary.stopped = one.stopped;
+    std::ostringstream text;
+    text << "the gas inflates the shell to " << reached
+         << " of its gauge pressure only: " << one.message;
+    summary.message = text.str();
+    return summary;
+  }
+  return summary;
 }
 
 bool MixedIteration::Bend(double rotation, Eigen::VectorXd* step) {

@@ -54,6 +54,10 @@ class MixedIteration {
   // At the problem's present load factor, from its present displacements and from stresses().
   Summary Solve(const Options& options);
 
+  // Fills the gas in, at the present load factor: from the pressure outside to the full charge, in
+  // one step or as many as it takes. The states on the way are no results. Without gas: nothing.
+  Summary Inflate(const Options& options);
+
   // Independent stresses: kept from one Solve to the next. Zero: the first iteration is linear.
   TangentStiffness::StressField& stresses() { return stresses_; }
   // Those of the present strains.

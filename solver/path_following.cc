@@ -193,6 +193,15 @@ MixedIteration::Summary PathFollowing::Correct(const Eigen::VectorXd* control,
 
 bool PathFollowing::Follow(const OnPoint& on_point, std::string* message) {
   problem_->SetLoadFactor(0.0);
+  MixedIteration::Options inflation;
+  inflation.max_iterations = options_.max_iterations;
+  inflation.gradient_tolerance = options_.gradient_tolerance;
+  inflation.stop = [this] { return deadline_.Stopped() || deadline_.TimedOut(); };
+  const MixedIteration::Summary inflated = mixed_.Inflate(inflation);
+  if (!inflated.converged) {
+    if (!inflated.stopped || !OutOfTime(message)) *message = inflated.message;
+    return false;
+  }
   mixed_.SetStresses();
   if (problem_->scene().path.control == PathControl::kDisplacement) {
     return FollowDisplacement(on_point, message);
@@ -216,9 +225,11 @@ bool PathFollowing::FollowDisplacement(const OnPoint& on_point, std::string* mes
 
   State good = Present(nullptr);
   const int steps = problem_->scene().steps;
-  double reached = 0.0;
+  // Zero, but for a shell that gas has inflated.
+  const double begin = control.dot(mixed_.tangent().Reduce(good.displacements));
+  double reached = begin;
   for (int k = 1; k <= steps; ++k) {
-    const double target = path.to * k / steps;
+    const double target = k < steps ? begin + (path.to - begin) * k / steps : path.to;
     double step = target - reached;
     int iterations = 0;
     while (reached != target) {

@@ -348,6 +348,8 @@ std::string History(const Scene& scene, const SolverSummary& summary) {
   for (const FingerSpec& finger : scene.fingers) {
     text += ",fingers." + finger.name + ".travel,fingers." + finger.name + ".normal_force";
   }
+  const bool has_gas = !summary.steps.empty() && summary.steps.front().gas.has_value();
+  if (has_gas) text += ",gas.gauge_pressure,gas.volume_ratio";
   text +=
       ",supports.reaction.x,supports.reaction.y,supports.reaction.z,negative_modes,limit_point\n";
   const auto add = [&](double value) {
@@ -368,6 +370,10 @@ std::string History(const Scene& scene, const SolverSummary& summary) {
     for (const FingerReport& finger : step.fingers) {
       add(finger.travel);
       add(finger.normal_force);
+    }
+    if (has_gas) {
+      add(step.gas->gauge_pressure);
+      add(step.gas->volume_ratio);
     }
     for (int k = 0; k < 3; ++k) add(step.reaction[k]);
     text += ",";
@@ -593,6 +599,16 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
   }
   json["supports"] = {{"reaction", Components(summary.reaction)}};
   json["gas"] = {{"gauge_pressure", 0.0}, {"volume", 0.0}, {"volume_ratio", 1.0}};
+  for (const LoadSpec& load : scene.loads) {
+    if (load.kind != LoadSpec::Kind::kGas || summary.steps.empty()) continue;
+    if (!summary.steps.back().gas) continue;
+    const GasReport& gas = *summary.steps.back().gas;
+    json["gas"] = {{"gauge_pressure", gas.gauge_pressure},
+                   {"volume", gas.volume},
+                   {"volume_ratio", gas.volume_ratio},
+                   {"absolute_pressure", gas.absolute_pressure},
+                   {"law", ToString(load.law)}};
+  }
   json["max_displacement"] = summary.max_displacement;
   json["max_membrane_strain"] = summary.max_membrane_strain;
   json["max_rotation"] = summary.max_rotation;

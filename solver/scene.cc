@@ -64,4 +64,6 @@ const char* ToString(Unstable unstable) {
   return unstable == Unstable::kReport ? "report" : "leave";
 }
 
+const char* ToString(GasLaw law) { return law == GasLaw::kIsothermal ? "isothermal" : "adiabatic"; }
+
 }  // namespace darboux

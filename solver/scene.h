@@ -103,6 +103,11 @@ struct SurfacePoint {
   SceneLocation location;
 };
 
+enum class GasLaw {
+  kIsothermal,  // p V = const
+  kAdiabatic    // p V^1.4 = const
+};
+
 struct LoadSpec {
   enum class Kind {
     kPoint,           // force at a point
@@ -111,7 +116,8 @@ struct LoadSpec {
     kNormalTraction,  // dead force per area along the rest normal
     kEdge,            // dead force and moment per length along `on`
     kLine,            // dead force per length along a parameter line
-    kGravity          // acceleration; needs a density
+    kGravity,         // acceleration; needs a density
+    kGas              // shut in by a closed mesh; the pressure depends on the volume
   };
   Kind kind = Kind::kPoint;
   SurfacePoint at;                       // kPoint
@@ -123,6 +129,9 @@ struct LoadSpec {
   int line_parameter = 0;                // kLine: 0 for u = line_value, 1 for v = line_value
   double line_value = 0.0;               // kLine
   std::array<double, 3> acceleration{};  // kGravity
+  double gauge_pressure = 0.0;           // kGas: at the rest volume
+  double ambient_pressure = 0.0;         // kGas
+  GasLaw law = GasLaw::kIsothermal;      // kGas
   SceneLocation location;
 };
 
@@ -195,6 +204,7 @@ const char* ToString(Theory theory);
 const char* ToString(Strains strains);
 const char* ToString(BoundaryRule rule);
 const char* ToString(Unstable unstable);
+const char* ToString(GasLaw law);
 
 }  // namespace darboux
 

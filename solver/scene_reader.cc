@@ -33,6 +33,7 @@ Options<Minimizer> Minimizers() {
   return {{Minimizer::kAuto, Minimizer::kMip, Minimizer::kCeres, Minimizer::kCg}, {}};
 }
 Options<Unstable> UnstableChoices() { return {{Unstable::kReport, Unstable::kLeave}, {}}; }
+Options<GasLaw> GasLaws() { return {{GasLaw::kIsothermal, GasLaw::kAdiabatic}, {}}; }
 Options<PathControl> PathControls() {
   return {{PathControl::kLoad, PathControl::kDisplacement, PathControl::kArcLength}, {}};
 }
@@ -86,13 +87,15 @@ bool IsQuantity(const std::string& text) {
 }
 
 const KindKeys& LoadKeys() {
-  static const KindKeys& keys = *new KindKeys{{"point", {"at", "force"}},
-                                              {"pressure", {"value", "follower"}},
-                                              {"traction", {"force"}},
-                                              {"normal_traction", {"value"}},
-                                              {"edge", {"on", "force", "moment"}},
-                                              {"line", {"along", "force"}},
-                                              {"gravity", {"acceleration"}}};
+  static const KindKeys& keys =
+      *new KindKeys{{"point", {"at", "force"}},
+                    {"pressure", {"value", "follower"}},
+                    {"traction", {"force"}},
+                    {"normal_traction", {"value"}},
+                    {"edge", {"on", "force", "moment"}},
+                    {"line", {"along", "force"}},
+                    {"gravity", {"acceleration"}},
+                    {"gas", {"gauge_pressure", "ambient_pressure", "law", "rest"}}};
   return keys;
 }
 
@@ -124,6 +127,7 @@ class SceneParser : public FingerReader {
   bool ReadFix(const YamlField& field, SupportSpec* support);
   bool ReadSymmetry(const YamlField& field, SupportSpec* support);
   bool ReadLoad(const YamlField& field, LoadSpec* load);
+  bool ReadGas(const YamlMap& map, const YamlField& kind, LoadSpec* load);
   bool ReadAlong(const YamlField& field, LoadSpec* load);
   bool ReadOneFinger(const YamlField& field, FingerSpec* finger) {
     return ReadFinger(field, scene_.fingers, finger);
@@ -385,7 +389,7 @@ bool SceneParser::ReadLoad(const YamlField& field, LoadSpec* load) {
   std::string name;
   load->location = Location(field);
   if (!OpenMap(field, "a map with the key kind", &map) ||
-      !Require(map, "kind", Join(kinds), &kind) || !ReadChoice(kind, kinds, {"gas"}, &name) ||
+      !Require(map, "kind", Join(kinds), &kind) || !ReadChoice(kind, kinds, {}, &name) ||
       !CheckKindKeys(map, LoadKeys(), {"kind"}, name)) {
     return false;
   }
@@ -444,8 +448,39 @@ bool SceneParser::ReadLoad(const YamlField& field, LoadSpec* load) {
       }
       return Require(map, "acceleration", kVectorAllowed, &entry) &&
              ReadNumbers(entry, 3, kVectorAllowed, kAnyNumber, load->acceleration.data());
+    case LoadSpec::Kind::kGas:
+      return ReadGas(map, kind, load);
   }
   return true;
+}
+
+bool SceneParser::ReadGas(const YamlMap& map, const YamlField& kind, LoadSpec* load) {
+  constexpr char kClosed[] =
+      "gas in a closed surface only: icosphere, implicit or a mesh without rim";
+  if (surface().mesh == nullptr) {
+    return Fail(kind, "gas in a surface of kind " + surface().kind, kClosed);
+  }
+  if (surface().is_open) return Fail(kind, "gas in a mesh with a rim", kClosed);
+  const auto is_gas = [](const LoadSpec& other) { return other.kind == LoadSpec::Kind::kGas; };
+  if (std::count_if(scene_.loads.begin(), scene_.loads.end(), is_gas) > 1) {
+    return Fail(kind, "gas a second time", "one gas");
+  }
+  if (!RequireNumber(map, "gauge_pressure", kAnyNumber, &load->gauge_pressure) ||
+      !RequireNumber(map, "ambient_pressure", kNotNegativeNumber, &load->ambient_pressure)) {
+    return false;
+  }
+  if (!(load->ambient_pressure + load->gauge_pressure > 0.0)) {
+    const YamlField& gauge = *map.Find("gauge_pressure");
+    return Fail(gauge,
+                Describe(gauge) + " at ambient_pressure " + FormatNumber(load->ambient_pressure),
+                "gauge_pressure + ambient_pressure > 0, the absolute pressure");
+  }
+  if (const YamlField* law = map.Find("law")) {
+    if (!ReadOption(*law, GasLaws(), &load->law)) return false;
+  }
+  std::string rest;
+  const YamlField* const field = map.Find("rest");
+  return field == nullptr || ReadChoice(*field, {"stress_free"}, {"prestressed"}, &rest);
 }
 
 bool SceneParser::ReadProbe(const YamlField& field, ProbeSpec* probe) {

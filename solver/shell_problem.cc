@@ -323,11 +323,12 @@ bool ShellProblem::HoldRigidMotions(std::string* error) {
     return false;
   }
 
-  // The mean of motion . displacement over the shell.
+  // The mean of motion . displacement over the shell. Stiff beside what dead loads that press on a
+  // free shell turn it by: multipliers settle only where it is more than twice that.
+  const double stiffness = (grasp_ == nullptr ? 100.0 : 1.0) * scaled_material_.MembraneStiffness();
   double area = 0.0;
   for (int k = 0; k < motions.cols(); ++k) {
-    mean_conditions_.push_back(
-        {Eigen::Matrix3Xd::Zero(3, displacements_.cols()), scaled_material_.MembraneStiffness()});
+    mean_conditions_.push_back({Eigen::Matrix3Xd::Zero(3, displacements_.cols()), stiffness});
   }
   for (size_t e = 0; e < points_.size(); ++e) {
     const std::vector<int>& vertices = surface_->control_vertices(static_cast<int>(e));
@@ -482,7 +483,9 @@ void ShellProblem::AddSupports() {
 
 void ShellProblem::AddLoads() {
   EffectReport& report = effects_[static_cast<int>(Effect::kLoads)];
-  report.on = !scene_.loads.empty();
+  report.on = std::any_of(scene_.loads.begin(), scene_.loads.end(), [](const LoadSpec& load) {
+    return load.kind != LoadSpec::Kind::kGas;
+  });
   report.why = report.on ? "the scene names loads" : "the scene names no load";
   EffectReport& gravity = effects_[static_cast<int>(Effect::kGravity)];
   gravity.why = "the scene names no gravity load";
@@ -534,7 +537,9 @@ void ShellProblem::AddLoads() {
   const Eigen::Vector3d origin =
       frame_.center + normal_sum.completeOrthogonalDecomposition().solve(right);
   for (const LoadSpec& load : scene_.loads) {
-    if (load.kind == LoadSpec::Kind::kPressure && load.follower) {
+    if (load.kind == LoadSpec::Kind::kGas) {
+      AddGas(load, 1e8 / stiffness);
+    } else if (load.kind == LoadSpec::Kind::kPressure && load.follower) {
       for (int e = 0; e < surface_->num_elements(); ++e) {
         const auto& rule = surface_->Rule(e, scene_.model.quadrature);
         std::vector<double> pressure;
@@ -588,6 +593,91 @@ void ShellProblem::AddLoads() {
                             {displacements_.col(i).data()}),
            1);
   }
+}
+
+void ShellProblem::AddGas(const LoadSpec& load, double scale) {
+  EffectReport& report = effects_[static_cast<int>(Effect::kGas)];
+  report.on = true;
+  report.why = std::string("the scene names a gas load, ") + ToString(load.law);
+  const double unit = 1.0 / force_unit_;
+  const double largest = (load.ambient_pressure + load.gauge_pressure) * unit;
+  std::vector<std::pair<int, const FollowerPressure*>> blocks;
+  gas_ = std::make_unique<GasState>(load, 1.0, 1.0);
+  double volume = 0.0;
+  for (int e = 0; e < surface_->num_elements(); ++e) {
+    double area = 0.0;
+    for (const StrainPoint& point : *points_[e]) area += point.area;
+    auto* cost = new FollowerPressure(points_[e],
+                                      std::vector<double>(points_[e]->size(), unit),
+                                      frame_.center,
+                                      &gas_->pressure,
+                                      scale * largest * area);
+    Record(Effect::kGas,
+           Potential::AddTo(problem_.get(), cost, Blocks(surface_->control_vertices(e))),
+           1);
+    followers_.push_back({e, cost});
+    gas_->blocks.push_back({e, cost});
+    volume += cost->RestVolume();
+  }
+  CHECK_GT(volume, 0.0);        // Closed meshes are wound outwards.
+  constexpr double kAir = 1.4;  // diatomic
+  const double gamma = load.law == GasLaw::kAdiabatic ? kAir : 1.0;
+  gas_->law = Gas(load.gauge_pressure, load.ambient_pressure, gamma, volume);
+  CHECK(UpdateGas());
+}
+
+void ShellProblem::SetGasCharge(double part) {
+  if (gas_ == nullptr) return;
+  gas_->law.SetCharge(part * gas_->gauge);
+  gas_->at.resize(3, 0);
+}
+
+bool ShellProblem::UpdateGas() const {
+  if (gas_ == nullptr) return true;
+  GasState& gas = *gas_;
+  if (gas.at.cols() == displacements_.cols() && gas.at == displacements_) return true;
+  gas.at.resize(3, 0);
+  if (!displacements_.allFinite()) return false;
+  const int count = static_cast<int>(gas.blocks.size());
+  const int num_threads = ThreadsFor(count, options_.num_threads);
+  std::vector<double> changes(num_threads, 0.0);
+  std::vector<Eigen::Matrix3Xd> gradients(num_threads);
+  gas.pressure = 1.0;  // Forces are gradients of the volume then.
+  ParallelFor(num_threads, count, [&](int thread, int begin, int end) {
+    gradients[thread].setZero(3, displacements_.cols());
+    std::vector<const double*> blocks;
+    for (int k = begin; k < end; ++k) {
+      const std::vector<int>& vertices = surface_->control_vertices(gas.blocks[k].first);
+      blocks.clear();
+      for (const int vertex : vertices) blocks.push_back(displacements_.col(vertex).data());
+      changes[thread] += gas.blocks[k].second->SweptVolume(blocks.data());
+      const Eigen::Matrix3Xd force = gas.blocks[k].second->ExactForce(blocks.data());
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        gradients[thread].col(vertices[i]) += force.col(i);
+      }
+    }
+  });
+  gas.change = std::accumulate(changes.begin(), changes.end(), 0.0);
+  gas.gradient = gradients.front();
+  for (int t = 1; t < num_threads; ++t) gas.gradient += gradients[t];
+  if (!gas.law.IsDefined(gas.change)) return false;
+  gas.pressure = gas.law.GaugePressure(gas.change);
+  gas.at = displacements_;
+  return true;
+}
+
+double ShellProblem::gas_weight() const {
+  return -force_unit_ * gas_->law.PressureDerivative(gas_->change);
+}
+
+GasReport ShellProblem::ReportGas() const {
+  GasReport report;
+  if (gas_ == nullptr || !UpdateGas()) return report;
+  report.gauge_pressure = gas_->pressure;
+  report.absolute_pressure = gas_->law.ambient() + gas_->pressure;
+  report.volume = gas_->law.rest_volume() + gas_->change;
+  report.volume_ratio = report.volume / gas_->law.rest_volume();
+  return report;
 }
 
 void ShellProblem::AddFingers() {
@@ -644,6 +734,7 @@ double ShellProblem::MeanForce(size_t k) const {
 }
 
 void ShellProblem::HoldHere() {
+  UpdateGas();
   if (mean_conditions_.empty()) return;
   for (size_t i = 0; i < pins_.size(); ++i) {
     pin_targets_[i] = 0.0;
@@ -725,6 +816,7 @@ void ShellProblem::SetAngleReferences() {
 
 double ShellProblem::UpdateCorrection() {
   if (followers_.empty()) return 0.0;
+  UpdateGas();
   Eigen::Matrix3Xd exact = Eigen::Matrix3Xd::Zero(3, force_.cols());
   Eigen::Matrix3Xd potential = exact;
   std::vector<double> gradient;
@@ -744,7 +836,8 @@ double ShellProblem::UpdateCorrection() {
     }
   }
   const Eigen::Matrix3Xd correction = exact - potential;
-  const double change = (correction - correction_).norm() / exact.norm();
+  const double size = exact.norm();
+  const double change = size > 0.0 ? (correction - correction_).norm() / size : 0.0;
   correction_ = correction;
   SetLoadFactor(load_factor_);
   return change;
@@ -780,6 +873,10 @@ double ShellProblem::Energy(Effect effect) {
   if (effect == Effect::kMembrane) return force_unit_ * StrainEnergyOf(strain_energies_[0]);
   if (effect == Effect::kBending) return force_unit_ * StrainEnergyOf(strain_energies_[1]);
   if (effect == Effect::kSupports) return force_unit_ * SupportEnergy();
+  if (effect == Effect::kGas) {
+    if (gas_ == nullptr) return 0.0;
+    return UpdateGas() ? gas_->law.Energy(gas_->change) : std::numeric_limits<double>::infinity();
+  }
   // Without what the multipliers' squares add.
   if (effect == Effect::kContact && grasp_ != nullptr) return force_unit_ * grasp_->Energy();
   const auto& blocks = blocks_[static_cast<int>(effect)];
@@ -881,6 +978,7 @@ double ShellProblem::LargestViolation(int* support) const {
 }
 
 Eigen::Vector3d ShellProblem::AppliedForce() const {
+  UpdateGas();
   Eigen::Vector3d force = load_factor_ * force_unit_ * dead_loads_.force.rowwise().sum();
   for (const auto& follower : followers_) {
     std::vector<const double*> blocks;

@@ -12,6 +12,7 @@
 
 #include "costs/edge_moment.h"
 #include "costs/follower_pressure.h"
+#include "costs/gas.h"
 #include "costs/material.h"
 #include "costs/strain_energy.h"
 #include "geometry/shell_surface.h"
@@ -47,6 +48,14 @@ struct EffectReport {
 
 // Which part of the displacement is unknown. A flat plate decouples in the linear theory.
 enum class Unknowns { kAll, kNormalOnly, kInPlaneOnly };
+
+// The gas in a closed shell, in the scene's units.
+struct GasReport {
+  double gauge_pressure = 0.0;
+  double absolute_pressure = 0.0;
+  double volume = 0.0;  // enclosed by the middle surface
+  double volume_ratio = 1.0;
+};
 
 // A scene as a ceres::Problem: potential energy / force_unit() =
 // 1/2 sum of squares + potentials, one parameter
@@ -123,6 +132,22 @@ class ShellProblem {
   // The fingers; null where the scene has none.
   Grasp* grasp() { return grasp_.get(); }
   const Grasp* grasp() const { return grasp_.get(); }
+  // The gas shut in by a closed shell: pressure by the enclosed volume, whatever the load factor.
+  // Newton's method has it whole. In problem(), whose blocks are sparse, its pressure is frozen, by
+  // UpdateGas at the present state, so that gradients are exact there.
+  bool has_gas() const { return gas_ != nullptr; }
+  // Part of the gauge pressure at rest that the amount of gas is for, 0 .. 1; 1 from the start.
+  void SetGasCharge(double part);
+  // Pressure, volume and forces of the present displacements; free where these have not changed.
+  // False where the volume is not positive. True without gas.
+  bool UpdateGas() const;
+  // After UpdateGas, in the units of problem(): force = gauge pressure * gradient of the volume;
+  // stiffness = that of a follower pressure gas_pressure() + weight * vector * vector^T, dense.
+  double gas_pressure() const { return gas_ == nullptr ? 0.0 : gas_->pressure / force_unit_; }
+  const Eigen::Matrix3Xd& gas_vector() const { return gas_->gradient; }
+  double gas_weight() const;
+  GasReport ReportGas() const;
+
   // Angles that edge moments do work on are counted from the present state on.
   void SetAngleReferences();
 
@@ -182,6 +207,7 @@ class ShellProblem {
                const Options& options,
                std::unique_ptr<ShellSurface> surface);
 
+  void AddGas(const LoadSpec& load, double scale);
   bool HoldRigidMotions(std::string* error);
   void ChooseUnknowns();
   void ListUnknowns();
@@ -238,6 +264,19 @@ class ShellProblem {
   std::vector<std::pair<int, EdgeMoment*>> moments_;                // element, block
   std::vector<PlacedForce> follower_forces_;                        // both, and those of fingers
   std::unique_ptr<Grasp> grasp_;
+  struct GasState {
+    GasState(const LoadSpec& load, double gamma, double volume)
+        : law(load.gauge_pressure, load.ambient_pressure, gamma, volume),
+          gauge(load.gauge_pressure) {}
+    Gas law;
+    double gauge;
+    std::vector<std::pair<int, const FollowerPressure*>> blocks;  // element, block
+    Eigen::Matrix3Xd at;        // displacements that what follows belongs to
+    double change = 0.0;        // of the volume
+    double pressure = 0.0;      // gauge; the blocks read it
+    Eigen::Matrix3Xd gradient;  // of the volume, / force unit
+  };
+  std::unique_ptr<GasState> gas_;
 
   EffectReport effects_[kNumEffects];
   // Membrane and bending energy of each element, within the problem's blocks.

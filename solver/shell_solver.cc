@@ -72,6 +72,7 @@ void RecordStep(ShellProblem* problem,
   }
   step.displacements = problem->displacements();
   if (problem->grasp() != nullptr) step.fingers = problem->grasp()->Report(problem->force_unit());
+  if (problem->has_gas()) step.gas = problem->ReportGas();
   summary->steps.push_back(step);
   if (options.on_step) {
     StepReport report;
@@ -284,6 +285,27 @@ bool FitsIntoMemory(const Scene& scene, std::string* error) {
   return false;
 }
 
+// What is not there for gas. False and *error where the scene asks for it.
+bool CheckGas(const Scene& scene, std::string* error) {
+  const auto gas = std::find_if(scene.loads.begin(), scene.loads.end(), [](const LoadSpec& load) {
+    return load.kind == LoadSpec::Kind::kGas;
+  });
+  if (gas == scene.loads.end()) return true;
+  const auto fail = [&](const std::string& found, const std::string& allowed) {
+    const SceneLocation& where = gas->location;
+    *error = where.file + ":" + std::to_string(where.line) + ": " + where.key +
+             ": found gas with " + found + "; allowed with gas: " + allowed;
+    return false;
+  };
+  const ModelSpec& model = scene.model;
+  if (model.theory == Theory::kLinear) return fail("theory linear", "auto | nonlinear");
+  if (model.minimizer == Minimizer::kCeres || model.minimizer == Minimizer::kCg) {
+    return fail(std::string("minimizer ") + ToString(model.minimizer), "auto | mip");
+  }
+  if (model.unstable == Unstable::kLeave) return fail("unstable leave", "report");
+  return true;
+}
+
 }  // namespace
 
 bool SolverOptions::IsValid(std::string* error) const {
@@ -341,6 +363,11 @@ std::string SolverSummary::FullReport() const {
           << finger.penetration << "\n";
     }
   }
+  if (!steps.empty() && steps.back().gas) {
+    const GasReport& gas = *steps.back().gas;
+    out << "  gas: gauge pressure " << gas.gauge_pressure << ", volume " << gas.volume << ", "
+        << gas.volume_ratio << " of that at rest\n";
+  }
   for (const ProbeSummary& probe : probes) {
     char line[256];
     std::snprintf(line,
@@ -364,7 +391,7 @@ bool Solve(const Scene& scene,
   summary->decisions = scene.surface.mended;
   problem->reset();
   if (!options.IsValid(error)) return false;
-  if (!FitsIntoMemory(scene, error)) return false;
+  if (!FitsIntoMemory(scene, error) || !CheckGas(scene, error)) return false;
   const Clock::time_point start = Clock::now();
   const Deadline deadline{start, options.time_limit_s, options.stop};
   const auto terminate = [&](bool converged, const std::string& message) {
@@ -397,6 +424,11 @@ bool Solve(const Scene& scene,
   if (theory == Theory::kAuto && !scene.fingers.empty()) {
     theory = Theory::kNonlinear;
     summary->theory_reason = "the scene has fingers";
+  }
+  const auto is_gas = [](const LoadSpec& load) { return load.kind == LoadSpec::Kind::kGas; };
+  if (theory == Theory::kAuto && std::any_of(scene.loads.begin(), scene.loads.end(), is_gas)) {
+    theory = Theory::kNonlinear;
+    summary->theory_reason = "the scene has gas";
   }
   const bool linear_contact = theory == Theory::kLinear && !scene.fingers.empty();
   if ((theory != Theory::kNonlinear && !linear_contact) || (descends && scene.fingers.empty())) {

@@ -78,6 +78,7 @@ struct LoadStep {
   Eigen::Matrix3Xd mode;     // the softest, where unstable or nearly so; else empty
   bool limit_point = false;  // the load factor has an extremum here (path following)
   std::vector<FingerReport> fingers;
+  std::optional<GasReport> gas;
 };
 
 struct SolverSummary {

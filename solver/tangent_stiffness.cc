@@ -3,6 +3,7 @@
 #include <glog/logging.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "costs/strain_derivatives.h"
 #include "solver/parallel_for.h"
@@ -37,6 +38,35 @@ Eigen::Matrix<double, 3, kVectors> Inputs(const StrainPoint& point,
     return reduced;
   } else {
     return basis.lazyProduct(reduced);
+  }
+}
+
+// Adds minus the derivative of the force p N dA, its symmetric part, to the blocks i >= j of an
+// element's n control vertices, see EvaluateElements. With N = x_1 x x_2 the block (i, j) is the
+// matrix of c x, c = p dA w_i (w_1j x_2 - w_2j x_1), and its symmetric part that of (c_ij - c_ji)
+// / 2. On a closed surface under uniform pressure, summed, that is all of it.
+void AddPressureStiffness(const StrainPoint& point,
+                          const Eigen::Matrix<double, 3, kVectors>& k,
+                          double pressure,
+                          int n,
+                          double* full) {
+  const Eigen::Vector3d x1 = 0.5 * pressure * (point.t1 + k.col(0));
+  const Eigen::Vector3d x2 = 0.5 * pressure * (point.t2 + k.col(1));
+  for (int j = 0; j < n; ++j) {
+    const auto wj = point.weights.col(j);
+    for (int i = j + 1; i < n; ++i) {
+      const auto wi = point.weights.col(i);
+      const double by_x2 = wi[kRowValue] * wj[kRowD1] - wj[kRowValue] * wi[kRowD1];
+      const double by_x1 = wi[kRowValue] * wj[kRowD2] - wj[kRowValue] * wi[kRowD2];
+      const Eigen::Vector3d c = by_x2 * x2 - by_x1 * x1;
+      double* const block = full + 9 * (static_cast<size_t>(j) * n + i);  // column by column
+      block[1] += c[2];
+      block[2] -= c[1];
+      block[3] -= c[2];
+      block[5] += c[0];
+      block[6] += c[1];
+      block[7] -= c[0];
+    }
   }
 }
 
@@ -213,8 +243,9 @@ void TangentStiffness::BuildPattern(SparseBackend backend) {
 
   const auto& means = problem_.mean_conditions();
   const auto& pins = problem_.pins();
-  update_vectors_.resize(num_unknowns(), pins.size() + means.size());
-  update_weights_.resize(update_vectors_.cols());
+  const int gas = problem_.has_gas() ? 1 : 0;
+  update_vectors_ = Eigen::MatrixXd::Zero(num_unknowns(), pins.size() + means.size() + gas);
+  update_weights_ = Eigen::VectorXd::Ones(update_vectors_.cols());
   for (size_t k = 0; k < pins.size(); ++k) {
     Eigen::Matrix3Xd row = Eigen::Matrix3Xd::Zero(3, num_vertices);
     for (size_t i = 0; i < pins[k].vertices.size(); ++i) {
@@ -391,6 +422,10 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
           }
         }
       }
+      if constexpr (C == 3) {
+        const double pressure = request.stress_factor * problem_.gas_pressure() * point.area;
+        if (pressure != 0.0) AddPressureStiffness(point, k, pressure, n, full.data());
+      }
       for (int c = 0; c < kVectors; ++c) {
         for (int d = 0; d < kVectors; ++d) {
           double* const to = second + (c * kVectors + d) * kBlock;
@@ -444,6 +479,14 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
 
 bool TangentStiffness::Evaluate(const Request& request) {
   const int num_vertices = static_cast<int>(block_of_vertex_.size());
+  if (!problem_.UpdateGas()) return false;
+  if (request.matrix && problem_.has_gas()) {
+    // Scaled so that its weight is that of mean conditions, of the order of which the others are.
+    const double weight = problem_.scaled_material().MembraneStiffness();
+    update_vectors_.rightCols<1>() =
+        std::sqrt(problem_.gas_weight() / weight) * Reduce(problem_.gas_vector());
+    update_weights_.tail<1>()[0] = weight;
+  }
   StressField stresses;
   Request inner = request;
   if (request.stresses != nullptr) {
@@ -480,7 +523,8 @@ bool TangentStiffness::Evaluate(const Request& request) {
     *request.energy = energy;
   }
   if (request.gradient != nullptr) {
-    const Eigen::Matrix3Xd gradient = problem_.SupportGradient() - problem_.DeadForce() - force;
+    Eigen::Matrix3Xd gradient = problem_.SupportGradient() - problem_.DeadForce() - force;
+    if (problem_.has_gas()) gradient -= GasForce();
     Eigen::VectorXd reduced = Reduce(gradient);
     for (const Workspace& work : workspaces_) {
       for (size_t k = 0; k < vertex_of_block_.size(); ++k) {
@@ -544,8 +588,14 @@ bool TangentStiffness::AddFollowerForces(const Request& request, Eigen::Matrix3X
       });
 }
 
+Eigen::Matrix3Xd TangentStiffness::GasForce() const {
+  return problem_.force_unit() * problem_.gas_pressure() * problem_.gas_vector();
+}
+
 bool TangentStiffness::FollowerForces(Eigen::Matrix3Xd* force) const {
   *force = Eigen::Matrix3Xd::Zero(3, block_of_vertex_.size());
+  if (!problem_.UpdateGas()) return false;
+  if (problem_.has_gas()) *force = GasForce();
   return ForEachFollower(false, 1.0, [&](const auto& placed, const auto& part, const auto&) {
     const std::vector<int>& vertices = problem_.surface().control_vertices(placed.element);
     for (size_t i = 0; i < vertices.size(); ++i) force->col(vertices[i]) += part.col(i);

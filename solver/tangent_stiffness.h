@@ -58,7 +58,8 @@ class TangentStiffness {
   bool StrainDefect(const Eigen::VectorXd& step, Eigen::VectorXd* forces);
 
   // The part of the gradient that depends on the load factor, and linearly so: supports, dead
-  // forces and forces that follow. Precondition: Evaluate succeeds here.
+  // forces and forces that follow; the gas's forces, which do not, as well. Precondition: Evaluate
+  // succeeds here.
   Eigen::VectorXd ExternalGradient() const;
   // Sizes of the forces of the supports and of the loads (N / force_unit): the scale that a
   // gradient is measured against.
@@ -74,7 +75,7 @@ class TangentStiffness {
   // Lower triangle of the sparse part of the matrix made by the last Evaluate that asked for it.
   const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
   // The rest of it, vectors * diag(weights) * vectors^T: mean conditions, minus the pins that keep
-  // the sparse part regular.
+  // the sparse part regular; the gas's, which changes with the state, is the last.
   const Eigen::MatrixXd& update_vectors() const { return update_vectors_; }
   const Eigen::VectorXd& update_weights() const { return update_weights_; }
 
@@ -96,6 +97,7 @@ class TangentStiffness {
   // The forces that follow; adds minus their derivative to the matrix, where that is asked for.
   bool AddFollowerForces(const Request& request, Eigen::Matrix3Xd* force);
   bool FollowerForces(Eigen::Matrix3Xd* force) const;
+  Eigen::Matrix3Xd GasForce() const;
   // Calls use(placed force, force, stiffness) for each of them that is not nil.
   template <typename Use>
   bool ForEachFollower(bool with_stiffness, double stiffness_part, const Use& use) const;

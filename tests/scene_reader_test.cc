@@ -428,7 +428,7 @@ constexpr char kSurfaceKinds[] =
     "| "
     "icosphere";
 constexpr char kLoadKinds[] =
-    "point | pressure | traction | normal_traction | edge | line | gravity";
+    "point | pressure | traction | normal_traction | edge | line | gravity | gas";
 
 struct Mistake {
   std::string name;
@@ -1041,8 +1041,9 @@ std::vector<Mistake> Mistakes() {
            kLoadKinds},
       {"LoadGas",
        Edit("{kind: pressure, value: 1.5, follower: false}", "{kind: gas, gauge_pressure: 3}"),
-       std::string("30: loads[1].kind: found 'gas', which is not part of this version; allowed ") +
-           kLoadKinds},
+       "30: loads[1].kind: found gas in a surface of kind cylinder; allowed gas in a closed "
+       "surface "
+       "only: icosphere, implicit or a mesh without rim"},
       {"LoadKindTypo",
        Edit("kind: pressure", "kind: presure"),
        std::string("30: loads[1].kind: found 'presure'; allowed ") + kLoadKinds +
