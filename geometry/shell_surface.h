@@ -38,7 +38,7 @@ class ShellSurface {
   // Parametric surfaces only.
   const ParameterDomain& domain() const { return *domain_; }
   const ControlMesh& mesh() const { return domain_ ? domain_->mesh() : loop_.mesh; }
-  // Of a mesh, a column per control vertex: the limit surface of them is the rest shape. Empty for a
+  // A column per control vertex of a mesh, whose limit surface is the rest shape; empty for a
   // parametric surface.
   const Eigen::Matrix3Xd& control_points() const { return loop_.points; }
   const LoopBasis& basis() const { return basis_; }
