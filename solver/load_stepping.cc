@@ -84,10 +84,12 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
     MixedIteration::Summary summary = mixed_->Inflate(options);
     if (summary.converged && grasp != nullptr) SettleGrasp(options, &summary);
     result->iterations += summary.iterations;
-    std::ostringstream line;
-    line << "gas inflates the shell: " << summary.iterations << " iterations, "
-         << summary.factorisations << " factorisations";
-    Note(line.str());
+    if (summary.iterations > 0) {
+      std::ostringstream line;
+      line << "gas fills the shell: " << summary.iterations << " iterations, "
+           << summary.factorisations << " factorisations";
+      Note(line.str());
+    }
     if (!summary.converged) {
       result->message = summary.message;
       if (summary.stopped && deadline_.Stopped()) result->message = "stopped by the user";

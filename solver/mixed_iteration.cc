@@ -132,8 +132,7 @@ MixedIteration::Summary MixedIteration::Inflate(const Options& options) {
     summary.converged = false;
     summary.stopped = one.stopped;
     std::ostringstream text;
-    text << "the gas inflates the shell to " << reached
-         << " of its gauge pressure only: " << one.message;
+    text << "the gas reaches " << reached << " of its gauge pressure only: " << one.message;
     summary.message = text.str();
     return summary;
   }

@@ -202,6 +202,10 @@ bool PathFollowing::Follow(const OnPoint& on_point, std::string* message) {
     if (!inflated.stopped || !OutOfTime(message)) *message = inflated.message;
     return false;
   }
+  if (inflated.iterations > 0) {
+    decisions_->push_back("gas fills the shell: " + std::to_string(inflated.iterations) +
+                          " iterations");
+  }
   mixed_.SetStresses();
   if (problem_->scene().path.control == PathControl::kDisplacement) {
     return FollowDisplacement(on_point, message);
