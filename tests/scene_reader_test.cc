@@ -422,7 +422,7 @@ TEST(SceneReaderTest, MistakesInAliasesAreReportedWhereTheyAreUsed) {
 // ---- Mistakes --------------------------------------------------------------------------------
 
 constexpr char kRootKeys[] =
-    "name | surface | shell | model | supports | loads | steps | path | probes | expect";
+    "name | surface | shell | model | supports | loads | fingers | steps | path | probes | expect";
 constexpr char kSurfaceKinds[] =
     "plane | cylinder | sphere | ellipsoid | torus | monkey_saddle | expression | implicit | mesh "
     "| "
@@ -547,11 +547,44 @@ std::vector<Mistake> Mistakes() {
             ""),
        "1: shell: found no such key, which is required; allowed a map with thickness, "
        "young_modulus, poisson_ratio"},
-      {"Fingers",
+      {"FingerWithoutShape",
        Edit("steps: 4", "fingers: [{name: left}]"),
-       std::string("36: fingers: found contact, which is not part of this version; allowed "
-                   "supports and loads: ") +
-           kLoadKinds},
+       "36: fingers[0].shape: found no such key, which is required; allowed a map with the key "
+       "kind"},
+      {"FingerShapeMisspelt",
+       Edit("steps: 4",
+            "fingers: [{name: left, shape: {kind: spere, radius: 2}, position: [0, 0, 400], "
+            "direction: [0, 0, -1], motion: {travel: 1}}]"),
+       "36: fingers[0].shape.kind: found 'spere'; allowed pin | sphere | capsule | box | plane | "
+       "mesh; did you mean 'sphere'?"},
+      {"FingerRadius",
+       Edit("steps: 4",
+            "fingers: [{name: left, shape: {kind: sphere, radius: 0}, position: [0, 0, 400], "
+            "direction: [0, 0, -1], motion: {travel: 1}}]"),
+       "36: fingers[0].shape.radius: found 0; allowed a number > 0"},
+      {"FingerDirection",
+       Edit("steps: 4",
+            "fingers: [{name: left, shape: {kind: sphere, radius: 2}, position: [0, 0, 400], "
+            "direction: [0, 0, 0], motion: {travel: 1}}]"),
+       "36: fingers[0].direction: found a vector of length zero; allowed a list of three numbers, "
+       "[x, y, z]"},
+      {"FingerForce",
+       Edit("steps: 4",
+            "fingers: [{name: left, shape: {kind: sphere, radius: 2}, position: [0, 0, 400], "
+            "direction: [0, 0, -1], motion: {force: 1}}]"),
+       "36: fingers[0].motion.force: found a finger driven by a force, which is not part of this "
+       "version; allowed is motion: {travel: number}"},
+      {"FingerTwice",
+       Edit("steps: 4",
+            "fingers: [{name: left, shape: {kind: sphere, radius: 2}, position: [0, 0, 400], "
+            "direction: [0, 0, -1], motion: {travel: 1}}, {name: left, shape: {kind: sphere, "
+            "radius: 2}, position: [0, 0, 400], direction: [0, 0, -1], motion: {travel: 1}}]"),
+       "36: fingers[1].name: found 'left' a second time; allowed a different name for each finger"},
+      {"FingerFriction",
+       Edit("steps: 4",
+            "fingers: [{name: left, shape: {kind: sphere, radius: 2}, position: [0, 0, 400], "
+            "direction: [0, 0, -1], motion: {travel: 1}, friction: -1}]"),
+       "36: fingers[0].friction: found -1; allowed a number >= 0"},
       {"ModelList",
        Edit("\n"
             "  minimizer: ceres\n"
