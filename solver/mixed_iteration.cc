@@ -201,16 +201,22 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
     }
     ++summary.iterations;
 
-    if (problem_->grasp() != nullptr && !problem_->mean_conditions().empty()) {
-      // What bounds the steps of a shell that fingers do not hold yet must not slow down the last.
-      constexpr double kLeast = 1e-5;
-      Eigen::VectorXd weights = tangent_.update_weights();
-      weights.tail(problem_->mean_conditions().size()) *=
-          std::clamp(summary.relative_gradient, kLeast, 1.0);
-      cholesky_->SetUpdate(tangent_.update_vectors(), weights);
-    }
     ++summary.factorisations;
-    bool factorised = FactorizePositive();
+    bool factorised = false;
+    if (problem_->grasp() != nullptr && !problem_->mean_conditions().empty()) {
+      // What bounds the steps of a shell that fingers do not hold yet must not slow down the last;
+      // but a motion that nothing resists at all needs more, or rounding decides.
+      for (const double least : {1e-8, 1e-3}) {
+        if (factorised) break;
+        Eigen::VectorXd weights = tangent_.update_weights();
+        weights.tail(problem_->mean_conditions().size()) *=
+            std::clamp(summary.relative_gradient, least, 1.0);
+        cholesky_->SetUpdate(tangent_.update_vectors(), weights);
+        factorised = FactorizePositive();
+      }
+    } else {
+      factorised = FactorizePositive();
+    }
     if (!factorised) ++summary.scaled;
     for (const double factor : {0.5, 0.25, 0.125, 0.0}) {
       if (factorised) break;
