@@ -170,5 +170,21 @@ TEST(ClosedSphereEnergyTest, IsInvariantUnderFiniteRigidMotions) {
   }
 }
 
+// Pressure on two smooth caps about the poles (Legendre series, 12 digits).
+TEST(ClosedSphereTest, SmoothCapsHaveTheirDisplacementsAndEnergy) {
+  Scene scene = Ball(16, "exp(-(1-z/sqrt(x^2+y^2+z^2))/0.02) + exp(-(1+z/sqrt(x^2+y^2+z^2))/0.02)");
+  for (const bool pole : {true, false}) {
+    ProbeSpec probe;
+    probe.name = pole ? "pole" : "equator";
+    probe.at.kind = SurfacePoint::Kind::kNearest;
+    probe.at.nearest = {pole ? 0.0 : kRadius, 0.0, pole ? kRadius : 0.0};
+    scene.probes.push_back(probe);
+  }
+  const Solution solution = SolveScene(scene);
+  EXPECT_NEAR(solution.Probe(0).z(), 156.46887968730104, 5e-5 * 156.5);
+  EXPECT_NEAR(solution.Probe(1).x(), -11.266720491729256, 5e-5 * 11.3);
+  EXPECT_NEAR(-solution.summary.energy_total, 14638.31836945704, 5e-5 * 14638.0);
+}
+
 }  // namespace
 }  // namespace darboux
