@@ -99,6 +99,7 @@ class Grasp {
     const FingerSpec* spec = nullptr;
     double travel = 0.0;  // at full load
     double shift = 0.0;
+    double gap = 0.0;  // at first touch, of the contact point nearest to it
     Eigen::Vector3d normal_before = Eigen::Vector3d::Zero();
   };
   Grasp() = default;
