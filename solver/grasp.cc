@@ -17,8 +17,11 @@ namespace {
 // it lets in. Ten times as stiff, a ball between two spheres takes 35 iterations instead of 58, but
 // one between two plates, whose contact points come and go, 403 instead of 58.
 constexpr double kStiffness = 30.0;
-// Penetration that may be left, in thicknesses.
+// Penetration that may be left, in thicknesses; and the mean of all gaps in contact, weighted by
+// pressure, in the last step to a load factor that is asked for: so much of a finger's travel
+// depends on how its state was come by.
 constexpr double kPenetration = 5e-4;
+constexpr double kMeanGap = 1e-7;
 // Slip below which a point sticks, in thicknesses.
 constexpr double kStick = 2e-3;
 // Change of the lagged normal forces, relative, that may be left.
@@ -81,6 +84,13 @@ std::vector<TrianglePoint> SubdividedRule(int parts) {
   return points;
 }
 
+// The travel in one step that no point of the shell can be tunnelled through by.
+double SafeTravel(const ContactFinger& finger, double thickness) {
+  const double step = finger.shape->MaxStep() + finger.offset;
+  // A half space cannot be tunnelled through; what it flattens in one step is bounded all the same.
+  return kSafeStep * (std::isfinite(step) ? step : 4.0 * thickness);
+}
+
 double ElementSize(const ShellSurface& surface, int element) {
   const Eigen::Vector3d a = surface.Position({element, 0.0, 0.0});
   const Eigen::Vector3d b = surface.Position({element, 1.0, 0.0});
@@ -90,17 +100,22 @@ double ElementSize(const ShellSurface& surface, int element) {
 
 }  // namespace
 
-std::vector<const double*> Grasp::Parameters(int element) const {
+std::vector<const double*> Grasp::Parameters(const Block& block) const {
   std::vector<const double*> blocks;
-  for (const int vertex : surface_->control_vertices(element)) {
+  for (const int vertex : surface_->control_vertices(block.element)) {
     blocks.push_back(displacements_ + 3 * vertex);
   }
+  if (block.travel != nullptr) blocks.push_back(block.travel);
   return blocks;
+}
+
+double Grasp::TravelOf(const Finger& finger) const {
+  return finger.driven >= 0 ? state_.travels[finger.driven] : factor_ * finger.travel;
 }
 
 std::vector<ContactState> Grasp::States(const Block& block) const {
   std::vector<ContactState> states;
-  block.contact->States(Parameters(block.element).data(), &states);
+  block.contact->States(Parameters(block).data(), &states);
   return states;
 }
 
@@ -182,7 +197,7 @@ void Grasp::AddPatches(const ShellSurface& surface, int index, std::vector<Patch
   }
   // Elements on the finger's way, with what the other fingers may push towards it.
   double margin = 0.0;
-  for (const Finger& other : fingers_) margin += std::abs(other.travel);
+  for (const Finger& other : fingers_) margin += other.reach;
   const double radius = contact.shape->MaxStep() + contact.offset;
   constexpr int kSamples = 8;
   for (int e = 0; e < surface.num_elements(); ++e) {
@@ -191,12 +206,12 @@ void Grasp::AddPatches(const ShellSurface& surface, int index, std::vector<Patch
     double nearest = std::numeric_limits<double>::infinity();
     for (int k = 0; k <= kSamples; ++k) {
       FingerPose pose = contact.pose;
-      pose.position += contact.direction * (finger.travel * k / kSamples);
+      pose.position += contact.direction * (finger.reach * k / kSamples);
       Distance distance;
       pose.Evaluate(*contact.shape, x, &distance);
       nearest = std::min(nearest, distance.value - contact.offset);
     }
-    const double way = std::abs(finger.travel) / (2.0 * kSamples);
+    const double way = finger.reach / (2.0 * kSamples);
     if (nearest > size + way + margin) continue;
     int parts = 3;
     if (std::isfinite(radius)) {
@@ -215,6 +230,7 @@ void Grasp::AddPatches(const ShellSurface& surface, int index, std::vector<Patch
 std::unique_ptr<Grasp> Grasp::Create(const Scene& scene,
                                      const ShellSurface& surface,
                                      const Material& material,
+                                     double force_unit,
                                      double* displacements,
                                      std::string* error) {
   std::unique_ptr<Grasp> grasp(new Grasp());
@@ -222,10 +238,22 @@ std::unique_ptr<Grasp> Grasp::Create(const Scene& scene,
   grasp->displacements_ = displacements;
   grasp->thickness_ = material.thickness;
   grasp->specs_ = scene.fingers;
+  // How far a force drives a finger is not known before. No shell gives way by more than half its
+  // size without touching itself.
+  Eigen::AlignedBox3d bounds;
+  for (const ElementPoint& at : surface.vertex_points()) bounds.extend(surface.Position(at));
+  const double half_size = 0.5 * bounds.sizes().maxCoeff();
   for (const FingerSpec& spec : grasp->specs_) {
     Finger finger;
     finger.spec = &spec;
     finger.travel = spec.travel;
+    finger.reach = std::abs(spec.travel);
+    if (spec.force) {
+      finger.force = *spec.force / force_unit;
+      finger.reach = half_size;
+      finger.driven = grasp->num_driven();
+      grasp->state_.travels.push_back(0.0);
+    }
     ContactFinger& contact = finger.contact;
     contact.shape = MakeShape(spec, error);
     if (contact.shape == nullptr) {
@@ -259,10 +287,13 @@ std::unique_ptr<Grasp> Grasp::Create(const Scene& scene,
     block.element = patch.element;
     block.finger = patch.finger;
     block.first = first;
+    const int driven = grasp->fingers_[patch.finger].driven;
+    if (driven >= 0) block.travel = &grasp->state_.travels[driven];
     block.contact =
-        new FingerContact(patch.points, &finger, &grasp->state_.multipliers[first], false);
+        new FingerContact(patch.points, &finger, &grasp->state_.multipliers[first], driven >= 0);
     if (finger.friction > 0.0) {
-      block.friction = new Friction(patch.points, &finger, &grasp->state_.friction[first], false);
+      block.friction =
+          new Friction(patch.points, &finger, &grasp->state_.friction[first], driven >= 0);
     }
     first += patch.points->size();
     grasp->blocks_.push_back(block);
@@ -277,21 +308,27 @@ std::unique_ptr<Grasp> Grasp::Create(const Scene& scene,
   return grasp;
 }
 
-void Grasp::AddTo(
-    ceres::Problem* problem,
-    const std::function<void(ceres::ResidualBlockId, bool friction, int residuals)>& added) {
+void Grasp::AddTo(ceres::Problem* problem,
+                  const std::function<double(double force)>& curvature_scale,
+                  const std::function<void(ceres::ResidualBlockId, Part, int residuals)>& added) {
   for (const Block& block : blocks_) {
     std::vector<double*> parameters;
     for (const int vertex : surface_->control_vertices(block.element)) {
       parameters.push_back(displacements_ + 3 * vertex);
     }
+    if (block.travel != nullptr) parameters.push_back(block.travel);
     added(problem->AddResidualBlock(block.contact, nullptr, parameters),
-          false,
+          Part::kContact,
           block.contact->num_residuals());
     if (block.friction == nullptr) continue;
     added(problem->AddResidualBlock(block.friction, nullptr, parameters),
-          true,
+          Part::kFriction,
           block.friction->num_residuals());
+  }
+  for (const Finger& finger : fingers_) {
+    if (finger.driven < 0) continue;
+    auto* const force = new FingerForce(&finger.force_now, curvature_scale(finger.force));
+    added(Potential::AddTo(problem, force, {&state_.travels[finger.driven]}), Part::kForce, 1);
   }
 }
 
@@ -299,18 +336,137 @@ void Grasp::SetLoadFactor(double factor) {
   factor_ = factor;
   for (Finger& finger : fingers_) {
     finger.contact.translation = factor * finger.travel * finger.contact.direction;
+    finger.force_now = factor * finger.force;
   }
+}
+
+bool Grasp::Resistance(int finger, double* force, double* stiffness, double* distance) const {
+  *force = *stiffness = 0.0;
+  *distance = std::numeric_limits<double>::infinity();
+  TravelDerivatives by_travel;
+  for (const Block& block : blocks_) {
+    if (block.finger != finger) continue;
+    const std::vector<const double*> parameters = Parameters(block);
+    if (!block.contact->LineariseTravel(parameters.data(), &by_travel)) return false;
+    const bool touches = by_travel.stiffness != 0.0;
+    *force += by_travel.energy;
+    *stiffness += by_travel.stiffness;
+    if (block.friction != nullptr) {
+      if (!block.friction->LineariseTravel(parameters.data(), &by_travel)) return false;
+      *force += by_travel.energy;
+      *stiffness += by_travel.stiffness;
+    }
+    if (touches) {
+      *distance = 0.0;
+    } else if (*distance > 0.0) {
+      for (const ContactState& state : States(block)) *distance = std::min(*distance, state.gap);
+    }
+  }
+  return true;
+}
+
+bool Grasp::Close(std::string* error) {
+  if (!has_unknown_travels()) return true;
+  for (size_t f = 0; f < fingers_.size(); ++f) {
+    const Finger& finger = fingers_[f];
+    if (finger.driven < 0 || finger.force_now == 0.0) continue;
+    double& travel = state_.travels[finger.driven];
+    // The resistance grows with the travel, faster and faster as more points touch: Newton's method
+    // overshoots once and then comes from above.
+    constexpr int kMaxSteps = 200;
+    constexpr double kRounding = 4.0 * std::numeric_limits<double>::epsilon();
+    double low = -std::numeric_limits<double>::infinity(), high = -low;
+    bool found = false;
+    for (int step = 0; step < kMaxSteps && !found; ++step) {
+      double force, stiffness, distance;
+      if (!Resistance(static_cast<int>(f), &force, &stiffness, &distance)) break;
+      (force < finger.force_now ? low : high) = travel;
+      double change = 0.01 * thickness_;
+      if (distance > 0.0) {
+        // Nothing touches: no way to the shell is shorter than the distance.
+        if (std::isfinite(distance)) change = std::max(change, distance);
+      } else {
+        change = std::clamp((finger.force_now - force) / stiffness, -thickness_, thickness_);
+      }
+      const double next = travel + change;
+      const double width = kRounding * finger.reach;
+      found = std::abs(force - finger.force_now) <= kRounding * finger.force_now ||
+              (distance == 0.0 && std::abs(change) <= width) || high - low <= width;
+      if (found) break;
+      travel = next > low && next < high ? next : 0.5 * (low + high);
+      if (std::abs(travel) > finger.reach) break;
+    }
+    if (!found) {
+      *error = "finger " + finger.spec->name + " finds no shell to press with its force against";
+      return false;
+    }
+  }
+  return true;
+}
+
+bool Grasp::LineariseTravels(std::vector<Travel>* travels) const {
+  travels->assign(has_unknown_travels() ? num_driven() : 0, Travel());
+  if (travels->empty()) return true;
+  for (const Finger& finger : fingers_) {
+    if (finger.driven < 0) continue;
+    Travel& travel = (*travels)[finger.driven];
+    travel.imbalance = -finger.force_now;
+    travel.coupling = Eigen::Matrix3Xd::Zero(3, surface_->mesh().num_vertices);
+  }
+  TravelDerivatives by_travel;
+  for (const Block& block : blocks_) {
+    if (block.travel == nullptr) continue;
+    Travel& travel = (*travels)[fingers_[block.finger].driven];
+    const std::vector<int>& vertices = surface_->control_vertices(block.element);
+    const std::vector<const double*> parameters = Parameters(block);
+    const auto add = [&](const auto& part) {
+      if (!part.LineariseTravel(parameters.data(), &by_travel)) return false;
+      if (by_travel.stiffness == 0.0) return true;
+      travel.imbalance += by_travel.energy;
+      travel.stiffness += by_travel.stiffness;
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        travel.coupling.col(vertices[i]) -= by_travel.force.col(i);
+      }
+      return true;
+    };
+    if (!add(*block.contact)) return false;
+    if (block.friction != nullptr && !add(*block.friction)) return false;
+  }
+  return true;
+}
+
+double Grasp::SafePart(const Eigen::VectorXd& changes) const {
+  double part = 1.0;
+  for (const Finger& finger : fingers_) {
+    if (finger.driven < 0 || finger.driven >= changes.size()) continue;
+    const double change = std::abs(changes[finger.driven]);
+    const double safe = SafeTravel(finger.contact, thickness_);
+    if (change > safe) part = std::min(part, safe / change);
+  }
+  return part;
+}
+
+Eigen::VectorXd Grasp::DrivingForces() const {
+  Eigen::VectorXd forces(num_driven());
+  for (const Finger& finger : fingers_) {
+    if (finger.driven >= 0) forces[finger.driven] = finger.force;
+  }
+  return forces;
+}
+
+double Grasp::Imbalance() const {
+  std::vector<Travel> travels;
+  if (!LineariseTravels(&travels)) return std::numeric_limits<double>::infinity();
+  double squares = 0.0;
+  for (const Travel& travel : travels) squares += travel.imbalance * travel.imbalance;
+  return std::sqrt(squares);
 }
 
 double Grasp::LargestStep() const {
   double largest = std::numeric_limits<double>::infinity();
   for (const Finger& finger : fingers_) {
     if (finger.travel == 0.0) continue;
-    double step = finger.contact.shape->MaxStep() + finger.contact.offset;
-    // A half space cannot be tunnelled through; what it flattens in one step is bounded all the
-    // same.
-    if (!std::isfinite(step)) step = 4.0 * thickness_;
-    largest = std::min(largest, kSafeStep * step / std::abs(finger.travel));
+    largest = std::min(largest, SafeTravel(finger.contact, thickness_) / std::abs(finger.travel));
   }
   return largest;
 }
@@ -318,33 +474,74 @@ double Grasp::LargestStep() const {
 void Grasp::SetState(const State& state) {
   std::copy(state.multipliers.begin(), state.multipliers.end(), state_.multipliers.begin());
   std::copy(state.friction.begin(), state.friction.end(), state_.friction.begin());
+  std::copy(state.travels.begin(), state.travels.end(), state_.travels.begin());
+  SetPenalty(state.penalty);
 }
 
-bool Grasp::Update() {
+bool Grasp::Update(bool fine) {
   std::vector<std::vector<ContactState>> all;
-  double penetration = 0.0, change = 0.0, total = 0.0;
+  double penetration = 0.0, change = 0.0, total = 0.0, virtual_gap = 0.0, pressure = 0.0;
+  std::vector<char> touching;
   for (const Block& block : blocks_) {
     all.push_back(States(block));
     for (size_t q = 0; q < all.back().size(); ++q) {
       const ContactState& state = all.back()[q];
       penetration = std::max(penetration, -state.gap);
-      if (block.friction == nullptr) continue;
       const double force = state.force_on_finger.norm();
+      touching.push_back(state.pressure > 0.0);
+      virtual_gap += force * std::abs(state.gap);
+      pressure += force;
+      if (block.friction == nullptr) continue;
       change += std::abs(force - state_.friction[block.first + q].normal_force);
       total += force;
     }
   }
-  const bool deep = penetration > kPenetration * thickness_;
+  double violation = penetration / (kPenetration * thickness_);
+  if (fine && pressure > 0.0) {
+    violation = std::max(violation, virtual_gap / (pressure * kMeanGap * thickness_));
+  }
+  const bool open = violation > 1.0;
   const bool unsettled = change > kFrictionChange * total;
   for (size_t b = 0; b < blocks_.size(); ++b) {
-    for (size_t q = 0; deep && q < all[b].size(); ++q) {
+    for (size_t q = 0; open && q < all[b].size(); ++q) {
       state_.multipliers[blocks_[b].first + q] = all[b][q].pressure;
     }
     if (unsettled && blocks_[b].friction != nullptr) {
       darboux::LagFriction(all[b], &state_.friction[blocks_[b].first]);
     }
   }
-  return deep || unsettled;
+  // Points share a load that the shell hardly tells apart: there an update changes little. Not
+  // while points come and go: the stiffer, the more they do.
+  constexpr double kSlow = 0.1, kStiffest = 1e4;
+  const double stiffer = fine ? 100.0 : 10.0;
+  if (open && violation > kSlow * violation_ && touching == touching_ &&
+      state_.penalty < kStiffest) {
+    SetPenalty(stiffer * state_.penalty);
+  }
+  touching_.swap(touching);
+  violation_ = violation;
+  return open || unsettled;
+}
+
+void Grasp::SetPenalty(double factor) {
+  for (Finger& finger : fingers_) finger.contact.stiffness *= factor / state_.penalty;
+  state_.penalty = factor;
+}
+
+void Grasp::Settle() {
+  violation_ = std::numeric_limits<double>::infinity();
+  if (state_.penalty == 1.0) return;
+  std::vector<std::vector<ContactState>> all;
+  for (const Block& block : blocks_) all.push_back(States(block));
+  SetPenalty(1.0);
+  for (size_t b = 0; b < blocks_.size(); ++b) {
+    const double stiffness = fingers_[blocks_[b].finger].contact.stiffness;
+    for (size_t q = 0; q < all[b].size(); ++q) {
+      const ContactState& state = all[b][q];
+      state_.multipliers[blocks_[b].first + q] =
+          state.pressure > 0.0 ? state.pressure + stiffness * state.gap : 0.0;
+    }
+  }
 }
 
 void Grasp::LagFriction() {
@@ -357,7 +554,7 @@ void Grasp::LagFriction() {
 void Grasp::Advance() {
   for (const Block& block : blocks_) {
     if (block.friction == nullptr) continue;
-    block.friction->AdvanceAnchors(Parameters(block.element).data(), &state_.friction[block.first]);
+    block.friction->AdvanceAnchors(Parameters(block).data(), &state_.friction[block.first]);
   }
 }
 
@@ -393,7 +590,7 @@ double Grasp::Energy() const {
   double total = 0.0;
   for (const Block& block : blocks_) {
     double energy = 0.0;
-    block.contact->Energy(Parameters(block.element).data(), &energy);
+    block.contact->Energy(Parameters(block).data(), &energy);
     total += energy;
   }
   return total;
@@ -405,7 +602,7 @@ Eigen::Matrix3Xd Grasp::Force() const {
   for (const Block& block : blocks_) {
     const std::vector<int>& vertices = surface_->control_vertices(block.element);
     const auto add = [&](const FollowerForce& force) {
-      if (!force.Linearise(Parameters(block.element).data(), &part, nullptr)) return;
+      if (!force.Linearise(Parameters(block).data(), &part, nullptr)) return;
       for (size_t i = 0; i < vertices.size(); ++i) total.col(vertices[i]) += part.col(i);
     };
     add(*block.contact);
@@ -418,7 +615,8 @@ std::vector<FingerReport> Grasp::Report(double force_unit) const {
   std::vector<FingerReport> reports(fingers_.size());
   for (size_t f = 0; f < fingers_.size(); ++f) {
     reports[f].name = fingers_[f].spec->name;
-    reports[f].travel = factor_ * fingers_[f].travel;
+    reports[f].travel = TravelOf(fingers_[f]);
+    reports[f].by_force = fingers_[f].driven >= 0;
     reports[f].shift = fingers_[f].shift;
     reports[f].normal_before = fingers_[f].normal_before;
   }
@@ -427,7 +625,7 @@ std::vector<FingerReport> Grasp::Report(double force_unit) const {
     const std::vector<ContactState> states = States(block);
     std::vector<FrictionState> friction;
     if (block.friction != nullptr) {
-      friction = block.friction->States(Parameters(block.element).data());
+      friction = block.friction->States(Parameters(block).data());
     }
     for (size_t q = 0; q < states.size(); ++q) {
       const ContactState& state = states[q];

@@ -4,8 +4,10 @@
 #include <ceres/problem.h>
 
 #include <Eigen/Core>
+#include <cmath>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,6 +26,7 @@ struct FingerReport {
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  // on the finger
   double normal_force = 0.0;                        // sum of pressure * area
   double travel = 0.0;                              // from first touch, along its direction
+  bool by_force = false;                            // what drives it: a force, else a travel
   double shift = 0.0;                               // from the scene's position to first touch
   double contact_area = 0.0;                        // of the rest surface, where pressure acts
   double largest_pressure = 0.0;
@@ -35,8 +38,13 @@ struct FingerReport {
 };
 
 // The fingers of a scene against its shell: contact blocks on the elements that they can reach,
-// multipliers of contact, friction. Fingers travel with the load factor; travel counts from first
-// touch. Works in the units of the ShellProblem's blocks (energies / force unit).
+// multipliers of contact, friction. Fingers travel with the load factor, or are driven by a force
+// that grows with it: then their travel is an unknown, in which equilibrium is
+//
+//   dU/dt - F = sum of p n.direction dA + friction - F = 0.
+//
+// Travel counts from first touch. Works in the units of the ShellProblem's blocks (energies / force
+// unit).
 class Grasp {
  public:
   // Null and *error where a finger never touches the shell. The displacements (a column per control
@@ -44,6 +52,7 @@ class Grasp {
   static std::unique_ptr<Grasp> Create(const Scene& scene,
                                        const ShellSurface& surface,
                                        const Material& scaled_material,
+                                       double force_unit,
                                        double* displacements,
                                        std::string* error);
 
@@ -54,30 +63,64 @@ class Grasp {
     FingerContact* contact = nullptr;
     Friction* friction = nullptr;  // null: frictionless
     int first = 0;                 // of its points in the state
+    double* travel = nullptr;      // last parameter of both, of a finger that a force drives
   };
   const std::vector<Block>& blocks() const { return blocks_; }
-  // Hands the blocks over to a problem (which owns them from then on).
-  void AddTo(
-      ceres::Problem* problem,
-      const std::function<void(ceres::ResidualBlockId, bool friction, int residuals)>& added);
+  // Hands the blocks over to a problem (which owns them from then on). curvature_scale: costs/
+  // potential.h, of a force; called for those that drive fingers.
+  enum class Part { kContact, kFriction, kForce };
+  void AddTo(ceres::Problem* problem,
+             const std::function<double(double force)>& curvature_scale,
+             const std::function<void(ceres::ResidualBlockId, Part, int residuals)>& added);
 
-  // Moves the fingers to their travel at this load factor.
+  // Moves the fingers to their travel, and sets the forces that drive them, at this load factor.
   void SetLoadFactor(double factor);
+
+  // Fingers that a force drives, in the order of what follows.
+  int num_driven() const { return static_cast<int>(state_.travels.size()); }
+  // Held, they stay where they are and are not counted among the unknowns.
+  void HoldTravels(bool held) { held_ = held; }
+  bool has_unknown_travels() const { return num_driven() > 0 && !held_; }
+  // Sets each unknown travel t to where dU/dt = F at the present displacements, so that a finger is
+  // never without contact and dU/dt - F never part of a residual. False and *error where there is
+  // no such place.
+  bool Close(std::string* error);
+  // Second derivatives by the unknown travels, of the energy.
+  struct Travel {
+    double imbalance = 0.0;     // dU/dt - F
+    double stiffness = 0.0;     // d2U/dt2
+    Eigen::Matrix3Xd coupling;  // d2U/du dt, on the control vertices
+  };
+  bool LineariseTravels(std::vector<Travel>* travels) const;
+  // The part of a step with these changes of the unknown travels that tunnels through nothing.
+  double SafePart(const Eigen::VectorXd& changes) const;
+  // The forces at full load.
+  Eigen::VectorXd DrivingForces() const;
+  // Their norm now.
+  double DrivingForce() const { return std::abs(factor_) * DrivingForces().norm(); }
+  // Norm of dU/dt - F; 0 where no travel is unknown.
+  double Imbalance() const;
   // The largest change of the load factor in one step that no point of the shell can be tunnelled
   // through by.
   double LargestStep() const;
 
-  // Multipliers and friction, what one load step hands to the next.
+  // Multipliers, friction and travels, what one load step hands to the next.
   struct State {
     std::vector<double> multipliers;
     std::vector<FrictionPoint> friction;
+    std::vector<double> travels;  // of driven fingers
+    double penalty = 1.0;         // times that of the first iteration, see Update
   };
   const State& state() const { return state_; }
   void SetState(const State& state);
 
   // Multipliers <- pressures, friction <- present normal forces. Returns whether that changed
-  // anything that matters: penetration above what is allowed, or friction not settled.
-  bool Update();
+  // anything that matters: penetration above what is allowed, or friction not settled. fine: gaps
+  // in contact must be nil on the average as well. Where the points in contact stay the same, the
+  // penalty grows with updates that gain little.
+  bool Update(bool fine);
+  // After the last update: the penalty is as at first, pressures stay.
+  void Settle();
   // Friction <- present normal forces, whatever they are.
   void LagFriction();
   // After a load step: anchors of friction.
@@ -97,13 +140,21 @@ class Grasp {
   struct Finger {
     ContactFinger contact;
     const FingerSpec* spec = nullptr;
-    double travel = 0.0;  // at full load
+    double travel = 0.0;     // at full load
+    double reach = 0.0;      // the largest travel that contact points are there for
+    int driven = -1;         // its number among those that a force drives
+    double force = 0.0;      // that drives it at full load
+    double force_now = 0.0;  // and at the present load factor
     double shift = 0.0;
     double gap = 0.0;  // at first touch, of the contact point nearest to it
     Eigen::Vector3d normal_before = Eigen::Vector3d::Zero();
   };
   Grasp() = default;
-  std::vector<const double*> Parameters(int element) const;
+  std::vector<const double*> Parameters(const Block& block) const;
+  void SetPenalty(double factor);
+  double TravelOf(const Finger& finger) const;
+  // dU/dt of one finger, and its derivative; distance: to the shell, along its direction, at least.
+  bool Resistance(int finger, double* force, double* stiffness, double* distance) const;
   bool FindTouch(const ShellSurface& surface, Finger* finger, std::string* error) const;
   struct Patch {
     int element, finger;
@@ -117,6 +168,9 @@ class Grasp {
   double* displacements_ = nullptr;
   double thickness_ = 0.0;
   double factor_ = 0.0;
+  bool held_ = false;
+  std::vector<char> touching_;
+  double violation_ = std::numeric_limits<double>::infinity();  // at the last update
   std::deque<Finger> fingers_;
   std::vector<Block> blocks_;
   State state_;

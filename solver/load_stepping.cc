@@ -49,16 +49,11 @@ void LoadStepping::Restore(const State& state) {
 }
 
 void LoadStepping::SettleGrasp(const MixedIteration::Options& options,
+                               bool fine,
                                MixedIteration::Summary* summary) {
   Grasp* const grasp = problem_->grasp();
-  constexpr int kMaxUpdates = 12;
-  for (int update = 0; summary->converged && grasp->Update(); ++update) {
-    if (update == kMaxUpdates) {
-      summary->converged = false;
-      summary->message = "contact and friction do not settle";
-      return;
-    }
-    const MixedIteration::Summary more = mixed_->Solve(options);
+  const auto again = [&](const MixedIteration::Options& again_options) {
+    const MixedIteration::Summary more = mixed_->Solve(again_options);
     summary->iterations += more.iterations;
     summary->factorisations += more.factorisations;
     summary->limited += more.limited;
@@ -67,22 +62,62 @@ void LoadStepping::SettleGrasp(const MixedIteration::Options& options,
     summary->stopped = more.stopped;
     summary->message = more.message;
     summary->relative_gradient = more.relative_gradient;
+  };
+  constexpr int kMaxUpdates = 12;
+  for (int update = 0; summary->converged && grasp->Update(false); ++update) {
+    if (update == kMaxUpdates) {
+      summary->converged = false;
+      summary->message = "contact and friction do not settle";
+      break;
+    }
+    again(options);
   }
+  grasp->Settle();
   if (!summary->converged) return;
   summary->message = grasp->Fault();
   summary->converged = summary->message.empty();
+  if (!fine || !summary->converged) return;
+  // The last digits, which contact points that come and go do not allow.
+  constexpr int kMaxFineUpdates = 6;
+  // Stiff contact has much rounding in it.
+  constexpr double kFineGradient = 1e-9;
+  MixedIteration::Options few = options;
+  few.max_iterations = std::min(options.max_iterations, kFewIterations);
+  few.gradient_tolerance = std::max(options.gradient_tolerance, kFineGradient);
+  const State coarse = Present();
+  State finest = coarse;
+  const MixedIteration::Summary before = *summary;
+  for (int update = 0; update < kMaxFineUpdates && grasp->Update(true); ++update) {
+    again(few);
+    if (!summary->converged) break;
+    finest = Present();
+  }
+  Restore(finest);
+  grasp->Settle();
+  few.gradient_tolerance = options.gradient_tolerance;
+  again(few);
+  if (summary->converged && grasp->Fault().empty()) return;
+  Restore(coarse);
+  summary->converged = true;
+  summary->message.clear();
+  summary->relative_gradient = before.relative_gradient;
 }
 
-bool LoadStepping::AdvanceMixed(double target, Result* result) {
+MixedIteration::Options LoadStepping::MixedOptions() const {
   MixedIteration::Options options;
   options.max_iterations = std::min(kMaxIterations, options_.max_iterations);
   options.gradient_tolerance = options_.gradient_tolerance;
   options.stop = [this] { return deadline_.Stopped() || deadline_.TimedOut(); };
+  return options;
+}
+
+bool LoadStepping::AdvanceMixed(double target, Result* result) {
+  const MixedIteration::Options options = MixedOptions();
   Grasp* const grasp = problem_->grasp();
   if (problem_->has_gas() && good_.factor == 0.0) {
     Restore(good_);
     MixedIteration::Summary summary = mixed_->Inflate(options);
-    if (summary.converged && grasp != nullptr) SettleGrasp(options, &summary);
+    if (summary.converged && grasp != nullptr) SettleGrasp(options, false, &summary);
     result->iterations += summary.iterations;
     if (summary.iterations > 0) {
       std::ostringstream line;
@@ -121,7 +156,10 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
       mixed_->SetStresses();
     }
     MixedIteration::Summary summary = mixed_->Solve(options);
-    if (grasp != nullptr) SettleGrasp(options, &summary);
+    if (grasp != nullptr) SettleGrasp(options, last, &summary);
+    if (summary.converged && grasp != nullptr && grasp->has_unknown_travels()) {
+      LookForSnap(options, &summary);
+    }
     result->iterations += summary.iterations;
     std::ostringstream line;
     line << "mixed iteration to load factor " << factor << ": " << summary.iterations
@@ -141,6 +179,7 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
         before_good_ = good_;
       }
       good_ = Present();
+      good_.travel_rate = travel_rate_;
       if (summary.iterations <= kFewIterations) step *= 2.0;
       continue;
     }
@@ -153,6 +192,88 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
   return true;
 }
 
+double LoadStepping::DrivenTravel(const State& state) const {
+  const std::vector<double>& travels = state.grasp.travels;
+  return problem_->grasp()->DrivingForces().dot(
+      Eigen::Map<const Eigen::VectorXd>(travels.data(), travels.size()));
+}
+
+double LoadStepping::DrivenTravelRate() {
+  constexpr double kUnstable = std::numeric_limits<double>::infinity();
+  if (mixed_->FactorizeHessian() != 0) return kUnstable;
+  const Eigen::VectorXd forces = problem_->grasp()->DrivingForces();
+  const double factor = problem_->load_factor();
+  Eigen::Matrix3Xd dead = problem_->DeadForce();
+  if (factor != 0.0) dead /= factor;
+  const double rate = forces.dot(mixed_->TravelRates(forces, dead));
+  return rate >= 0.0 ? rate : kUnstable;
+}
+
+void LoadStepping::LookForSnap(const MixedIteration::Options& options,
+                               MixedIteration::Summary* summary) {
+  // A travel whose rate goes up or down all the way from one state to the next grows by no more
+  // than the larger rate has it. The rest is for rates that do both.
+  constexpr double kMore = 1.2;
+  // Of the load factor of a limit point, relative.
+  constexpr double kResolution = 2e-3;
+  const auto leaps = [&](const State& from, const State& to) {
+    const double rate = std::max(from.travel_rate, to.travel_rate);
+    return DrivenTravel(to) - DrivenTravel(from) > kMore * rate * (to.factor - from.factor);
+  };
+  const auto find = [&](const State& from, double factor, State* state) {
+    Restore(from);
+    problem_->SetLoadFactor(factor);
+    MixedIteration::Summary one = mixed_->Solve(options);
+    if (one.converged) SettleGrasp(options, false, &one);
+    summary->iterations += one.iterations;
+    summary->factorisations += one.factorisations;
+    *state = Present();
+    state->travel_rate = DrivenTravelRate();
+    return one.converged;
+  };
+  const State target = Present();
+  travel_rate_ = DrivenTravelRate();
+  State low = good_, high = target;
+  high.travel_rate = travel_rate_;
+  if (low.travel_rate < 0.0 && leaps(low, high)) {
+    // Without load nothing touches, so that there is no rate.
+    for (const double little : {2e-2, 4e-4}) {
+      State first;
+      if (!find(low, low.factor + little * (high.factor - low.factor), &first)) continue;
+      low = first;
+      break;
+    }
+  }
+  while (low.travel_rate >= 0.0 && leaps(low, high) &&
+         high.factor - low.factor > kResolution * std::abs(high.factor)) {
+    const double factor = 0.5 * (low.factor + high.factor);
+    State between;
+    const bool found = find(low, factor, &between);
+    if (found && !leaps(low, between)) {
+      low = between;
+    } else if (found) {
+      high = between;
+    } else {
+      high.factor = factor;  // Nothing is known of it but that the path ends before.
+    }
+  }
+  if (low.travel_rate >= 0.0 && leaps(low, high)) {
+    Restore(low);
+    std::ostringstream line;
+    line << "the fingers' forces have a limit point at load factor " << low.factor;
+    for (const FingerReport& finger : problem_->grasp()->Report(problem_->force_unit())) {
+      if (!finger.by_force) continue;
+      line << ", finger " << finger.name << " with force " << finger.force.norm() << " at travel "
+           << finger.travel;
+    }
+    line << ": there the shell gives way, and this state lies behind; fingers driven by travel "
+            "follow the path";
+    Note(line.str());
+    limit_factor_ = low.factor;
+  }
+  Restore(target);
+}
+
 bool LoadStepping::AdvanceFromStart(double factor, Result* result) {
   const auto energy = [this] {
     double total = 0.0;
@@ -163,10 +284,7 @@ bool LoadStepping::AdvanceFromStart(double factor, Result* result) {
   problem_->SetLoadFactor(factor);
   const double undeformed = energy();
   problem_->displacements() = start_;
-  MixedIteration::Options options;
-  options.max_iterations = std::min(kMaxIterations, options_.max_iterations);
-  options.gradient_tolerance = options_.gradient_tolerance;
-  options.stop = [this] { return deadline_.Stopped() || deadline_.TimedOut(); };
+  const MixedIteration::Options options = MixedOptions();
   const MixedIteration::Summary summary = mixed_->Solve(options);
   result->iterations += summary.iterations;
   std::ostringstream line;
@@ -226,6 +344,31 @@ LoadStepping::Result LoadStepping::LeaveUnstable(const Eigen::Matrix3Xd& mode) {
   return best;
 }
 
+void LoadStepping::DescendAndSettle(Result* result) {
+  Grasp* const grasp = problem_->grasp();
+  const auto descend = [&] {
+    int used = 0;
+    result->converged =
+        Descend(problem_, options_, deadline_, &used, &result->equilibrium, &result->message);
+    result->iterations += used;
+  };
+  if (grasp == nullptr) return descend();
+  result->converged = grasp->Close(&result->message);
+  if (result->converged) descend();
+  constexpr int kMaxUpdates = 30;
+  for (int update = 0; result->converged && grasp->Update(false); ++update) {
+    descend();
+    if (update == kMaxUpdates && result->converged) {
+      result->converged = false;
+      result->message = "contact and friction do not settle";
+    }
+  }
+  grasp->Settle();
+  if (!result->converged) return;
+  result->message = grasp->Fault();
+  result->converged = result->message.empty();
+}
+
 LoadStepping::Result LoadStepping::AdvanceByDescent(double factor) {
   Result result;
   const double from = good_.factor;
@@ -255,23 +398,8 @@ LoadStepping::Result LoadStepping::AdvanceByDescent(double factor) {
         line << "start: " << multiple << " of the linear solution at load factor " << next;
         Note(line.str());
       }
-      int used = 0;
-      result.converged =
-          Descend(problem_, options_, deadline_, &used, &result.equilibrium, &result.message);
-      result.iterations += used;
-      // Multipliers of contact and lagged friction.
-      constexpr int kMaxUpdates = 30;
-      for (int update = 0; grasp != nullptr && result.converged && grasp->Update(); ++update) {
-        result.converged =
-            update < kMaxUpdates &&
-            Descend(problem_, options_, deadline_, &used, &result.equilibrium, &result.message);
-        result.iterations += used;
-      }
-      if (grasp != nullptr && result.converged) {
-        result.message = grasp->Fault();
-        result.converged = result.message.empty();
-        if (result.converged) grasp->Advance();
-      }
+      DescendAndSettle(&result);
+      if (grasp != nullptr && result.converged) grasp->Advance();
       if (result.converged) good_ = Present();
     }
     if (times == 1) {
@@ -311,6 +439,7 @@ LoadStepping::Result LoadStepping::AdvanceByDescent(double factor) {
 LoadStepping::Result LoadStepping::AdvanceByConjugateGradients(double factor) {
   Result result;
   problem_->SetLoadFactor(factor);
+  if (problem_->grasp() != nullptr && !problem_->grasp()->Close(&result.message)) return result;
   if (good_.factor == 0.0) {
     const double height = StartFromCones(problem_);
     std::ostringstream line;
@@ -327,6 +456,7 @@ LoadStepping::Result LoadStepping::AdvanceByConjugateGradients(double factor) {
 }
 
 LoadStepping::Result LoadStepping::Advance(double factor) {
+  limit_factor_.reset();
   const Minimizer minimizer = problem_->scene().model.minimizer;
   if (minimizer == Minimizer::kCeres) return AdvanceByDescent(factor);
   if (minimizer == Minimizer::kCg) return AdvanceByConjugateGradients(factor);
@@ -358,14 +488,19 @@ LoadStepping::Result LoadStepping::Advance(double factor) {
            << " by Ceres' problem after the mixed iteration";
       result.message = text.str();
     } else if (!result.converged) {
-      int used = 0;
-      result.converged =
-          Descend(problem_, options_, deadline_, &used, &result.equilibrium, &result.message);
-      result.iterations += used;
+      const int before = result.iterations;
+      DescendAndSettle(&result);
       std::ostringstream line;
-      line << "Ceres: " << used << " iterations, relative gradient "
+      line << "Ceres: " << result.iterations - before << " iterations, relative gradient "
            << result.equilibrium.relative_gradient;
       Note(line.str());
+      if (!reached && result.converged && problem_->grasp() != nullptr &&
+          problem_->grasp()->has_unknown_travels()) {
+        MixedIteration::Summary summary;
+        mixed_->SetStresses();
+        LookForSnap(MixedOptions(), &summary);
+        result.iterations += summary.iterations;
+      }
     }
     if (result.converged) {
       mixed_->SetStresses();
@@ -381,6 +516,10 @@ LoadStepping::Result LoadStepping::Advance(double factor) {
     std::ostringstream text;
     text << result.message << "; the results are the last good state, at load factor "
          << good_.factor;
+    if (problem_->grasp() != nullptr && problem_->grasp()->has_unknown_travels()) {
+      text << "; the fingers' forces may have a limit point there, fingers driven by travel would "
+              "go on";
+    }
     result.message = text.str();
   }
   return result;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,10 @@ class LoadStepping {
   // mode, either way, and down in energy by Ceres. The lower of the two is the new good state.
   Result LeaveUnstable(const Eigen::Matrix3Xd& mode);
 
+  // Where the last Advance has left a limit point of the forces that drive fingers behind: its load
+  // factor.
+  const std::optional<double>& limit_factor() const { return limit_factor_; }
+
   // Load factor of the last good state.
   double good_factor() const { return good_.factor; }
   MixedIteration& mixed() { return *mixed_; }
@@ -60,13 +65,27 @@ class LoadStepping {
     std::vector<double> multipliers;
     TangentStiffness::StressField stresses;
     Grasp::State grasp;
+    double travel_rate = -1.0;  // DrivenTravelRate; < 0: not known
   };
+  MixedIteration::Options MixedOptions() const;
   State Present() const;
   void Restore(const State& state);
   bool AdvanceMixed(double factor, Result* result);
   // Multipliers of contact and lagged friction, with as many more iterations as they need, after
   // the first solution at a load factor.
-  void SettleGrasp(const MixedIteration::Options& options, MixedIteration::Summary* summary);
+  void SettleGrasp(const MixedIteration::Options& options,
+                   bool fine,
+                   MixedIteration::Summary* summary);
+  // Fingers driven by forces: whether the shell has given way between the last good state and the
+  // present one, so that no path of equilibria on which the forces grow leads from one to the
+  // other: tells where.
+  void LookForSnap(const MixedIteration::Options& options, MixedIteration::Summary* summary);
+  // Sum of force at full load * travel, and of the present state its rate by the load factor:
+  // infinite where it is unstable.
+  double DrivenTravel(const State& state) const;
+  double DrivenTravelRate();
+  // Ceres' descent at the present load factor, with multipliers of contact and lagged friction.
+  void DescendAndSettle(Result* result);
   bool AdvanceFromStart(double factor, Result* result);
   Result AdvanceByConjugateGradients(double factor);
   Result AdvanceByDescent(double factor);
@@ -77,6 +96,8 @@ class LoadStepping {
   Deadline deadline_;
   std::vector<std::string>* decisions_;
   std::unique_ptr<MixedIteration> mixed_;
+  double travel_rate_ = -1.0;  // DrivenTravelRate after LookForSnap
+  std::optional<double> limit_factor_;
   State good_;
   State before_good_;  // the one before it; no displacements: there is none
   Eigen::Matrix3Xd start_;

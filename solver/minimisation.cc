@@ -220,8 +220,16 @@ Equilibrium CheckEquilibrium(ShellProblem* problem) {
   if (problem->grasp() != nullptr) loads -= problem->force_unit() * problem->grasp()->Force();
   if (problem->has_gas()) loads += problem->Gradient(Effect::kGas);
   result.loads = loads.norm();
+  // Also where a finger that a force drives has lost the shell.
+  if (problem->grasp() != nullptr) {
+    result.loads =
+        std::hypot(result.loads, problem->force_unit() * problem->grasp()->DrivingForce());
+  }
   result.reference = supports.norm() + result.loads;
-  const double gradient = problem->Gradient().norm();
+  double gradient = problem->Gradient().norm();
+  if (problem->grasp() != nullptr) {
+    gradient = std::hypot(gradient, problem->force_unit() * problem->grasp()->Imbalance());
+  }
   result.relative_gradient = result.reference > 0.0 ? gradient / result.reference : gradient;
   return result;
 }

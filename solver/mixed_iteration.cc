@@ -78,11 +78,11 @@ void MixedIteration::SettleSupports() {
   problem_->UpdateMultipliers();
 }
 
-bool MixedIteration::FactorizePositive() {
+bool MixedIteration::FactorizePositive(double part_of_means) {
   if (!analysed_) cholesky_->Analyze(tangent_.matrix());
   analysed_ = true;
-  if (problem_->has_gas()) {
-    cholesky_->SetUpdate(tangent_.update_vectors(), tangent_.update_weights());
+  if (problem_->has_gas() || problem_->grasp() != nullptr) {
+    cholesky_->SetUpdate(tangent_.update_vectors(), tangent_.UpdateWeights(part_of_means));
   }
   return cholesky_->Factorize(tangent_.matrix());
 }
@@ -98,6 +98,13 @@ int MixedIteration::FactorizeHessian() {
   request.matrix = true;
   request.initial_stresses = &stresses_;
   return tangent_.Evaluate(request) ? Factorize() : -1;
+}
+
+Eigen::VectorXd MixedIteration::TravelRates(const Eigen::VectorXd& force_rates,
+                                            const Eigen::Matrix3Xd& dead_force) {
+  const Eigen::VectorXd step =
+      cholesky_->Solve(tangent_.travel_forces() * force_rates + tangent_.Reduce(dead_force));
+  return tangent_.TravelChanges(step) + tangent_.travel_compliances().cwiseProduct(force_rates);
 }
 
 MixedIteration::Summary MixedIteration::Inflate(const Options& options) {
@@ -164,10 +171,12 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
   int halvings = 0;
   int lagged = 0;
   double previous = std::numeric_limits<double>::infinity();
+  Grasp* const grasp = problem_->grasp();
   while (true) {
-    if (!tangent_.Evaluate(first)) {
+    std::string error = "the strains are undefined";
+    if ((grasp != nullptr && !grasp->Close(&error)) || !tangent_.Evaluate(first)) {
       if (summary.iterations == 0 || halvings >= kMaxHalvings) {
-        summary.message = "the strains are undefined";
+        summary.message = error;
         return summary;
       }
       ++halvings;
@@ -203,16 +212,14 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
 
     ++summary.factorisations;
     bool factorised = false;
-    if (problem_->grasp() != nullptr && !problem_->mean_conditions().empty()) {
+    double part_of_means = 1.0;
+    if (grasp != nullptr && !problem_->mean_conditions().empty()) {
       // What bounds the steps of a shell that fingers do not hold yet must not slow down the last;
       // but a motion that nothing resists at all needs more, or rounding decides.
       for (const double least : {1e-8, 1e-3}) {
         if (factorised) break;
-        Eigen::VectorXd weights = tangent_.update_weights();
-        weights.tail(problem_->mean_conditions().size()) *=
-            std::clamp(summary.relative_gradient, least, 1.0);
-        cholesky_->SetUpdate(tangent_.update_vectors(), weights);
-        factorised = FactorizePositive();
+        part_of_means = std::clamp(summary.relative_gradient, least, 1.0);
+        factorised = FactorizePositive(part_of_means);
       }
     } else {
       factorised = FactorizePositive();
@@ -223,7 +230,7 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       again.stress_factor = factor;
       if (!tangent_.Evaluate(again)) break;
       ++summary.factorisations;
-      factorised = FactorizePositive();
+      factorised = FactorizePositive(part_of_means);
     }
     if (!factorised) {
       summary.message = "the stiffness matrix is singular or nearly so";
@@ -231,6 +238,11 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
     }
     step = cholesky_->Solve(-gradient);
     tangent_.LinearisedStresses(step, &stresses_);
+    if (grasp != nullptr && grasp->has_unknown_travels()) {
+      const double part = grasp->SafePart(tangent_.TravelChanges(step));
+      if (part < 1.0) ++summary.limited;
+      step *= part;
+    }
     // Stresses are those of the whole step also where the displacements take part of it: they
     // balance the loads, while those of a part would keep what the last steps have stretched too
     // far, and its stiffness with it.
@@ -248,9 +260,8 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
     // times it stays as it is, or the iteration would have no fixed aim.
     constexpr double kMeaningful = 0.3;
     constexpr int kTimes = 10;
-    if (problem_->grasp() != nullptr && summary.relative_gradient < kMeaningful &&
-        lagged < kTimes) {
-      problem_->grasp()->LagFriction();
+    if (grasp != nullptr && summary.relative_gradient < kMeaningful && lagged < kTimes) {
+      grasp->LagFriction();
       ++lagged;
     }
   }

@@ -68,10 +68,15 @@ class MixedIteration {
   // where the state is stable; -1 where the matrix is singular.
   int FactorizeHessian();
 
+  // Rates of the unknown travels of fingers when their forces change at these rates and the dead
+  // loads by `dead_force`, after FactorizeHessian: tangent to the path of equilibria.
+  Eigen::VectorXd TravelRates(const Eigen::VectorXd& force_rates,
+                              const Eigen::Matrix3Xd& dead_force);
+
   // Factorises the matrix that tangent() evaluated last: the number of negative eigenvalues, or -1.
   int Factorize();
   // The same where only a positive definite matrix will do: false for any other.
-  bool FactorizePositive();
+  bool FactorizePositive(double part_of_means = 1.0);
 
   // Multipliers of the supports and the displacements that belong to them, with the last factor.
   void SettleSupports();

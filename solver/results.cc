@@ -628,6 +628,10 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
                      {"limit_point", step.limit_point}});
     if (step.negative_modes) steps.back()["negative_modes"] = *step.negative_modes;
     if (!step.limit_point) continue;
+    if (step.limit_factor) {  // The state there is no step.
+      limits.push_back({{"factor", *step.limit_factor}});
+      continue;
+    }
     Json limit = {{"factor", step.factor}, {"energy", step.energy}, {"probes", Json::object()}};
     for (size_t i = 0; i < scene.probes.size(); ++i) {
       limit["probes"][scene.probes[i].name]["displacement"] =

@@ -149,6 +149,7 @@ struct FingerSpec {
   std::array<double, 3> direction{0, 0, -1};  // unit; the way it closes
   std::array<double, 3> axis{};               // unit; kCapsule: of the cylinder, kBox: its local x
   double travel = 0.0;                        // from first touch, at full load
+  std::optional<double> force;                // drives it along its direction instead of a travel
   double friction = 0.0;                      // Coulomb's coefficient
   SceneLocation location;
 };

@@ -100,7 +100,7 @@ bool FingerReader::ReadFinger(const YamlField& field,
                               const std::vector<FingerSpec>& others,
                               FingerSpec* finger) {
   constexpr char kNameAllowed[] = "a name of letters, digits and _ that begins with no digit";
-  constexpr char kMotionAllowed[] = "{travel: number}";
+  constexpr char kMotionAllowed[] = "{travel: number} or {force: number}";
   YamlMap map, motion;
   YamlField name, shape, position, direction, entry;
   finger->location = Location(field);
@@ -125,12 +125,17 @@ bool FingerReader::ReadFinger(const YamlField& field,
       !CheckKeys(motion, {"travel", "force"})) {
     return false;
   }
-  if (motion.Find("force") != nullptr) {
-    return FailWith(*motion.Find("force"),
-                    "found a finger driven by a force, which is not part of this version; allowed "
-                    "is motion: {travel: number}");
+  const YamlField* const force = motion.Find("force");
+  if (force != nullptr && motion.Find("travel") != nullptr) {
+    return Fail(*force, "a force beside a travel", "exactly one of travel and force");
   }
-  if (!RequireNumber(motion, "travel", kNotNegativeNumber, &finger->travel)) return false;
+  if (force != nullptr) {
+    double value = 0.0;
+    if (!ReadNumber(*force, kPositiveNumber, &value)) return false;
+    finger->force = value;
+  } else if (!RequireNumber(motion, "travel", kNotNegativeNumber, &finger->travel)) {
+    return false;
+  }
   const YamlField* const friction = map.Find("friction");
   return friction == nullptr || ReadNumber(*friction, kNotNegativeNumber, &finger->friction);
 }

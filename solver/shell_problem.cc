@@ -201,6 +201,7 @@ std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
     problem->grasp_ = Grasp::Create(scene,
                                     *problem->surface_,
                                     problem->scaled_material_,
+                                    problem->force_unit_,
                                     problem->displacements_.data(),
                                     error);
     if (problem->grasp_ == nullptr) return nullptr;
@@ -499,13 +500,13 @@ void ShellProblem::AddLoads() {
     effects_[static_cast<int>(absent)].why =
         absent == Effect::kGas ? "the scene names no gas load" : "the scene has no fingers";
   }
-  if (grasp_ != nullptr) AddFingers();
 
   // Curvature of a potential's block, (dU/du)^2 / s^2, against the membrane stiffness: 1e-16.
   double largest = force_.cwiseAbs().maxCoeff();
   if (largest == 0.0) largest = scaled_material_.MembraneStiffness() * frame_.length;
   const double stiffness = std::sqrt(scaled_material_.MembraneStiffness());
   const auto scale = [&](double force) { return 1e8 * force / stiffness; };
+  if (grasp_ != nullptr) AddFingers(scale);
   for (int i = 0; i < force_.cols(); ++i) {
     if (!surface_->IsActive(i)) continue;
     // The force of mean conditions acts everywhere.
@@ -680,21 +681,35 @@ GasReport ShellProblem::ReportGas() const {
   return report;
 }
 
-void ShellProblem::AddFingers() {
+void ShellProblem::AddFingers(const std::function<double(double)>& curvature_scale) {
   EffectReport& contact = effects_[static_cast<int>(Effect::kContact)];
   EffectReport& friction = effects_[static_cast<int>(Effect::kFriction)];
   contact.on = true;
   contact.why = "the scene has fingers";
   friction.why = "no finger has friction";
-  grasp_->AddTo(problem_.get(), [&](ceres::ResidualBlockId id, bool is_friction, int residuals) {
-    Record(is_friction ? Effect::kFriction : Effect::kContact, id, residuals);
-    if (!is_friction) return;
-    friction.on = true;
-    friction.why = "a finger has friction";
-  });
+  const auto added = [&](ceres::ResidualBlockId id, Grasp::Part part, int residuals) {
+    switch (part) {
+      case Grasp::Part::kContact:
+        Record(Effect::kContact, id, residuals);
+        return;
+      case Grasp::Part::kFriction:
+        Record(Effect::kFriction, id, residuals);
+        friction.on = true;
+        friction.why = "a finger has friction";
+        return;
+      case Grasp::Part::kForce:
+        Record(Effect::kLoads, id, residuals);
+        effects_[static_cast<int>(Effect::kLoads)].on = true;
+        effects_[static_cast<int>(Effect::kLoads)].why = "a finger is driven by a force";
+        return;
+    }
+  };
+  grasp_->AddTo(problem_.get(), curvature_scale, added);
   for (const Grasp::Block& block : grasp_->blocks()) {
-    follower_forces_.push_back({block.element, block.contact});
-    if (block.friction != nullptr) follower_forces_.push_back({block.element, block.friction});
+    follower_forces_.push_back({block.element, block.contact, block.travel});
+    if (block.friction != nullptr) {
+      follower_forces_.push_back({block.element, block.friction, block.travel});
+    }
   }
 }
 

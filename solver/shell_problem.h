@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -126,6 +127,7 @@ class ShellProblem {
   struct PlacedForce {
     int element;
     const FollowerForce* force;
+    const double* last = nullptr;  // parameter behind those of the element's control vertices
   };
   const std::vector<PlacedForce>& follower_forces() const { return follower_forces_; }
   bool has_moments() const { return !moments_.empty(); }
@@ -216,7 +218,7 @@ class ShellProblem {
   void AddStrainEnergies();
   void AddSupports();
   void AddLoads();
-  void AddFingers();
+  void AddFingers(const std::function<double(double force)>& curvature_scale);
   std::vector<double*> Blocks(const std::vector<int>& vertices);
   double Violation(const PlacedCondition& condition) const;
   // Force of mean condition k per unit of its coefficients.

@@ -562,6 +562,8 @@ bool Solve(const Scene& scene,
                  start,
                  summary);
       RecordStability(stability, &summary->steps.back());
+      summary->steps.back().limit_factor = stepping.limit_factor();
+      summary->steps.back().limit_point = stepping.limit_factor().has_value();
       if (!converged) break;
     }
   }

@@ -76,7 +76,9 @@ struct LoadStep {
   std::optional<int> negative_modes;  // of the Hessian: 0 = stable
   std::optional<double> softness;
   Eigen::Matrix3Xd mode;     // the softest, where unstable or nearly so; else empty
-  bool limit_point = false;  // the load factor has an extremum here (path following)
+  bool limit_point = false;  // the load factor has an extremum here (path following), or
+  // at this factor on the way, where the shell gave way to the forces that drive fingers.
+  std::optional<double> limit_factor;
   std::vector<FingerReport> fingers;
   std::optional<GasReport> gas;
 };

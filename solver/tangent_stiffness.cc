@@ -244,7 +244,9 @@ void TangentStiffness::BuildPattern(SparseBackend backend) {
   const auto& means = problem_.mean_conditions();
   const auto& pins = problem_.pins();
   const int gas = problem_.has_gas() ? 1 : 0;
-  update_vectors_ = Eigen::MatrixXd::Zero(num_unknowns(), pins.size() + means.size() + gas);
+  const int travels = problem_.grasp() != nullptr ? problem_.grasp()->num_driven() : 0;
+  update_vectors_ =
+      Eigen::MatrixXd::Zero(num_unknowns(), pins.size() + means.size() + gas + travels);
   update_weights_ = Eigen::VectorXd::Ones(update_vectors_.cols());
   for (size_t k = 0; k < pins.size(); ++k) {
     Eigen::Matrix3Xd row = Eigen::Matrix3Xd::Zero(3, num_vertices);
@@ -480,12 +482,32 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
 bool TangentStiffness::Evaluate(const Request& request) {
   const int num_vertices = static_cast<int>(block_of_vertex_.size());
   if (!problem_.UpdateGas()) return false;
+  // Scaled so that weights are that of mean conditions, of the order of which the others are.
+  const double weight = problem_.scaled_material().MembraneStiffness();
+  int column = static_cast<int>(problem_.pins().size() + problem_.mean_conditions().size());
   if (request.matrix && problem_.has_gas()) {
-    // Scaled so that its weight is that of mean conditions, of the order of which the others are.
-    const double weight = problem_.scaled_material().MembraneStiffness();
-    update_vectors_.rightCols<1>() =
+    update_vectors_.col(column) =
         std::sqrt(problem_.gas_weight() / weight) * Reduce(problem_.gas_vector());
-    update_weights_.tail<1>()[0] = weight;
+    update_weights_[column++] = weight;
+  }
+  if (request.matrix && problem_.grasp() != nullptr) {
+    std::vector<Grasp::Travel> travels;
+    if (!problem_.grasp()->LineariseTravels(&travels)) return false;
+    num_travels_ = static_cast<int>(travels.size());
+    travel_changes_.setZero(num_unknowns(), num_travels_);
+    travel_compliances_.setZero(num_travels_);
+    for (int k = 0; k < num_travels_; ++k, ++column) {
+      // A finger without contact has nothing to eliminate.
+      const bool touches = travels[k].stiffness > 0.0;
+      const Eigen::VectorXd coupling = Reduce(travels[k].coupling);
+      update_vectors_.col(column).setZero();
+      if (touches) {
+        update_vectors_.col(column) = coupling / std::sqrt(weight * travels[k].stiffness);
+        travel_changes_.col(k) = -coupling / travels[k].stiffness;
+        travel_compliances_[k] = 1.0 / travels[k].stiffness;
+      }
+      update_weights_[column] = -weight;
+    }
   }
   StressField stresses;
   Request inner = request;
@@ -548,6 +570,7 @@ bool TangentStiffness::ForEachFollower(bool with_stiffness,
     for (const int v : problem_.surface().control_vertices(placed.element)) {
       blocks.push_back(problem_.displacements().col(v).data());
     }
+    if (placed.last != nullptr) blocks.push_back(placed.last);
     if (!placed.force->LineariseSoftened(
             blocks.data(), stiffness_part, &part, with_stiffness ? &stiffness : nullptr)) {
       return false;
@@ -606,6 +629,17 @@ Eigen::VectorXd TangentStiffness::ExternalGradient() const {
   Eigen::Matrix3Xd force;
   CHECK(FollowerForces(&force));
   return Reduce(problem_.SupportGradient() - problem_.DeadForce() - force);
+}
+
+Eigen::VectorXd TangentStiffness::TravelChanges(const Eigen::VectorXd& step) const {
+  if (num_travels_ == 0) return Eigen::VectorXd();
+  return travel_changes_.transpose() * step;
+}
+
+Eigen::VectorXd TangentStiffness::UpdateWeights(double part_of_means) const {
+  Eigen::VectorXd weights = update_weights_;
+  weights.segment(problem_.pins().size(), problem_.mean_conditions().size()) *= part_of_means;
+  return weights;
 }
 
 double TangentStiffness::ForceScale() const {

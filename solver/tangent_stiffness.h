@@ -74,10 +74,22 @@ class TangentStiffness {
 
   // Lower triangle of the sparse part of the matrix made by the last Evaluate that asked for it.
   const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
-  // The rest of it, vectors * diag(weights) * vectors^T: mean conditions, minus the pins that keep
-  // the sparse part regular; the gas's, which changes with the state, is the last.
+  // The rest of it, vectors * diag(weights) * vectors^T: minus the pins that keep the sparse part
+  // regular, mean conditions; then what changes with the state: the gas's, and minus the coupling
+  // with the unknown travels of fingers, which are eliminated (Schur):
+  //
+  //   K_uu - K_ut K_tt^-1 K_tu,   the travels in balance (Grasp::Close) at the state itself.
   const Eigen::MatrixXd& update_vectors() const { return update_vectors_; }
   const Eigen::VectorXd& update_weights() const { return update_weights_; }
+  // With the mean conditions' reduced to a part.
+  Eigen::VectorXd UpdateWeights(double part_of_means) const;
+  // Changes of the unknown travels that belong to a step of the other unknowns, after the last
+  // Evaluate that asked for the matrix.
+  Eigen::VectorXd TravelChanges(const Eigen::VectorXd& step) const;
+  // The same of a unit of force on each finger, were the shell rigid: 1 / K_tt; and the forces on
+  // the other unknowns that it passes on, a column per finger: -K_ut / K_tt.
+  const Eigen::VectorXd& travel_compliances() const { return travel_compliances_; }
+  const Eigen::MatrixXd& travel_forces() const { return travel_changes_; }
 
   // Unknowns <-> control displacements, a column per control vertex.
   Eigen::Matrix3Xd Expand(const Eigen::VectorXd& x) const;
@@ -123,6 +135,9 @@ class TangentStiffness {
   Eigen::VectorXd control_values_;  // that of the control spring
   Eigen::MatrixXd update_vectors_;
   Eigen::VectorXd update_weights_;
+  int num_travels_ = 0;
+  Eigen::MatrixXd travel_changes_;  // -K_ut / K_tt, a column per unknown travel
+  Eigen::VectorXd travel_compliances_;
   struct Workspace {
     Eigen::VectorXd values;
     Eigen::MatrixXd gradient;  // components in basis_, a column per control vertex

@@ -571,9 +571,14 @@ std::vector<Mistake> Mistakes() {
       {"FingerForce",
        Edit("steps: 4",
             "fingers: [{name: left, shape: {kind: sphere, radius: 2}, position: [0, 0, 400], "
-            "direction: [0, 0, -1], motion: {force: 1}}]"),
-       "36: fingers[0].motion.force: found a finger driven by a force, which is not part of this "
-       "version; allowed is motion: {travel: number}"},
+            "direction: [0, 0, -1], motion: {force: -1}}]"),
+       "36: fingers[0].motion.force: found -1; allowed a number > 0"},
+      {"FingerForceAndTravel",
+       Edit("steps: 4",
+            "fingers: [{name: left, shape: {kind: sphere, radius: 2}, position: [0, 0, 400], "
+            "direction: [0, 0, -1], motion: {force: 1, travel: 1}}]"),
+       "36: fingers[0].motion.force: found a force beside a travel; allowed exactly one of travel "
+       "and force"},
       {"FingerTwice",
        Edit("steps: 4",
             "fingers: [{name: left, shape: {kind: sphere, radius: 2}, position: [0, 0, 400], "
