@@ -58,8 +58,8 @@ ForceClosure EvaluateForceClosure(const std::vector<GraspContact>& contacts,
                                   int edges = kConeEdges);
 
 // The least coefficient of friction, one for all contacts, with which they are force closure, to 7
-// digits; nothing where they are none with 1000. Without hulls: they are where the wrenches have rank
-// 6 and some combination of them with positive coefficients only vanishes.
+// digits; nothing where they are none with 1000. Without hulls: they are where the wrenches have
+// rank 6 and some combination of them with positive coefficients only vanishes.
 std::optional<double> LeastFriction(const std::vector<GraspContact>& contacts,
                                     const Eigen::Vector3d& center,
                                     double length,
