@@ -562,6 +562,14 @@ bool Solve(const Scene& scene,
                  start,
                  summary);
       RecordStability(stability, &summary->steps.back());
+      if (stepping.quality() != nullptr) {
+        LoadStep& last = summary->steps.back();
+        double energy = 0.0;
+        for (const Effect effect : {Effect::kMembrane, Effect::kBending, Effect::kGas}) {
+          energy += last.energies[static_cast<int>(effect)];
+        }
+        last.grasp = stepping.quality()->Report(last.fingers, energy, converged);
+      }
       if (!converged) break;
     }
   }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "solver/grasp_quality.h"
 #include "solver/scene.h"
 #include "solver/shell_problem.h"
 #include "solver/sparse_cholesky.h"
@@ -78,6 +79,7 @@ struct LoadStep {
   Eigen::Matrix3Xd mode;     // the softest, where unstable or nearly so; else empty
   bool limit_point = false;  // the load factor has an extremum here (path following)
   std::vector<FingerReport> fingers;
+  std::optional<GraspReport> grasp;
   std::optional<GasReport> gas;
 };
 
