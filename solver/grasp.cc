@@ -119,6 +119,11 @@ std::vector<ContactState> Grasp::States(const Block& block) const {
   return states;
 }
 
+std::vector<FrictionState> Grasp::FrictionStates(const Block& block) const {
+  if (block.friction == nullptr) return {};
+  return block.friction->States(Parameters(block).data());
+}
+
 bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* error) const {
   ContactFinger& contact = finger->contact;
   std::vector<Eigen::Vector3d> points;
@@ -131,6 +136,7 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
     const ElementPoint at = surface.ClosestPoint(contact.pose.position);
     const Eigen::Vector3d x = surface.Position(at);
     finger->shift = (x - contact.pose.position).dot(contact.direction) - contact.offset;
+    finger->touch = x;
     const Eigen::Vector3d n = surface.MakePoint(at).n;
     finger->normal_before = n.dot(contact.direction) > 0.0 ? n : Eigen::Vector3d(-n);
     return true;
@@ -174,6 +180,7 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
     }
   }
   finger->shift = touch.shift;
+  finger->touch = points[touch.point];
   const Eigen::Vector3d n = surface.MakePoint(places[touch.point]).n;
   finger->normal_before = n.dot(contact.direction) > 0.0 ? n : Eigen::Vector3d(-n);
   return true;
@@ -611,6 +618,42 @@ Eigen::Matrix3Xd Grasp::Force() const {
   return total;
 }
 
+bool Grasp::ByTravel(std::vector<TravelDerivatives>* by_travel) const {
+  by_travel->assign(fingers_.size(), TravelDerivatives());
+  for (TravelDerivatives& finger : *by_travel) {
+    finger.force.setZero(3, surface_->mesh().num_vertices);
+  }
+  TravelDerivatives part;
+  for (const Block& block : blocks_) {
+    const std::vector<const double*> parameters = Parameters(block);
+    const std::vector<int>& vertices = surface_->control_vertices(block.element);
+    TravelDerivatives& finger = (*by_travel)[block.finger];
+    const auto add = [&](const auto& effect) {
+      if (!effect.LineariseTravel(parameters.data(), &part)) return false;
+      finger.energy += part.energy;
+      finger.stiffness += part.stiffness;
+      for (size_t i = 0; i < vertices.size(); ++i)
+        finger.force.col(vertices[i]) += part.force.col(i);
+      return true;
+    };
+    if (!add(*block.contact) || (block.friction != nullptr && !add(*block.friction))) return false;
+  }
+  return true;
+}
+
+void Grasp::Stiffen(double factor) {
+  for (const Block& block : blocks_) {
+    const double stiffness = factor * fingers_[block.finger].contact.stiffness;
+    const std::vector<ContactState> states = States(block);
+    for (size_t q = 0; q < states.size(); ++q) {
+      const ContactState& state = states[q];
+      state_.multipliers[block.first + q] =
+          state.pressure > 0.0 ? state.pressure + stiffness * state.gap : 0.0;
+    }
+  }
+  for (Finger& finger : fingers_) finger.contact.stiffness *= factor;
+}
+
 std::vector<FingerReport> Grasp::Report(double force_unit) const {
   std::vector<FingerReport> reports(fingers_.size());
   for (size_t f = 0; f < fingers_.size(); ++f) {
@@ -618,8 +661,16 @@ std::vector<FingerReport> Grasp::Report(double force_unit) const {
     reports[f].travel = TravelOf(fingers_[f]);
     reports[f].by_force = fingers_[f].driven >= 0;
     reports[f].shift = fingers_[f].shift;
+    reports[f].gap = std::max(0.0, fingers_[f].gap);
+    reports[f].center_before = fingers_[f].touch;
     reports[f].normal_before = fingers_[f].normal_before;
   }
+  struct Pressed {
+    int finger;
+    double force, area;
+    Eigen::Vector3d position;
+  };
+  std::vector<Pressed> pressed;
   for (const Block& block : blocks_) {
     FingerReport& report = reports[block.finger];
     const std::vector<ContactState> states = States(block);
@@ -638,6 +689,12 @@ std::vector<FingerReport> Grasp::Report(double force_unit) const {
       report.normal += force * state.normal;
       report.center += force * state.position;
       report.contact_area += block.contact->points().areas[q];
+      // The area of a pin's point is made up.
+      const bool pin = specs_[block.finger].shape == FingerSpec::Shape::kPin;
+      pressed.push_back({block.finger,
+                         force_unit * force,
+                         pin ? 0.0 : block.contact->points().areas[q],
+                         state.position});
       report.largest_pressure = std::max(report.largest_pressure, force_unit * state.pressure);
       if (friction.empty()) continue;
       report.force += force_unit * friction[q].force_on_finger;
@@ -648,6 +705,14 @@ std::vector<FingerReport> Grasp::Report(double force_unit) const {
     if (report.contact_points == 0) continue;
     report.center *= force_unit / report.normal_force;
     report.normal.normalize();
+  }
+  // The friction of even pressure on a disc has 2/3 of the radius as its arm.
+  constexpr double kDisc = 4.0 / (9.0 * 3.14159265358979323846);
+  for (const Pressed& point : pressed) {
+    FingerReport& report = reports[point.finger];
+    const Eigen::Vector3d way = point.position - report.center;
+    const double across = (way - report.normal * report.normal.dot(way)).squaredNorm();
+    report.spin_arm += point.force / report.normal_force * std::sqrt(across + kDisc * point.area);
   }
   return reports;
 }

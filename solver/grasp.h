@@ -28,12 +28,17 @@ struct FingerReport {
   double travel = 0.0;                              // from first touch, along its direction
   bool by_force = false;                            // what drives it: a force, else a travel
   double shift = 0.0;                               // from the scene's position to first touch
-  double contact_area = 0.0;                        // of the rest surface, where pressure acts
+  double gap = 0.0;  // at first touch, of the contact point nearest to it: contact begins as late
+  double contact_area = 0.0;  // of the rest surface, where pressure acts
   double largest_pressure = 0.0;
   double penetration = 0.0;                                 // the largest
+  Eigen::Vector3d center_before = Eigen::Vector3d::Zero();  // first touch, on the middle surface
   Eigen::Vector3d normal_before = Eigen::Vector3d::Zero();  // of the shell at first touch, inwards
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();         // mean of the contact pressure
   Eigen::Vector3d center = Eigen::Vector3d::Zero();         // centre of the contact pressure
+  // Moment of friction about the normal per friction coefficient and normal force: the mean
+  // distance of the pressure from its centre. What a contact point stands for counts as a disc.
+  double spin_arm = 0.0;
   int contact_points = 0, sticking = 0, slipping = 0;
 };
 
@@ -66,6 +71,9 @@ class Grasp {
     double* travel = nullptr;      // last parameter of both, of a finger that a force drives
   };
   const std::vector<Block>& blocks() const { return blocks_; }
+  // At the points of a block, in the present state; none of friction without friction.
+  std::vector<ContactState> States(const Block& block) const;
+  std::vector<FrictionState> FrictionStates(const Block& block) const;
   // Hands the blocks over to a problem (which owns them from then on). curvature_scale: costs/
   // potential.h, of a force; called for those that drive fingers.
   enum class Part { kContact, kFriction, kForce };
@@ -133,6 +141,13 @@ class Grasp {
 
   double Energy() const;
   Eigen::Matrix3Xd Force() const;  // on the control vertices
+  // Of contact and friction, by the travel of each finger; forces on all control vertices. False
+  // where a point in contact has no normal.
+  bool ByTravel(std::vector<TravelDerivatives>* by_travel) const;
+  // Penalties of contact times `factor`, and multipliers that leave the pressures what they are:
+  // for derivatives as of rigid contact. A power of two and its inverse leave no trace but in the
+  // multipliers.
+  void Stiffen(double factor);
   // force_unit: of the problem; results are in the scene's units.
   std::vector<FingerReport> Report(double force_unit) const;
 
@@ -147,6 +162,7 @@ class Grasp {
     double force_now = 0.0;  // and at the present load factor
     double shift = 0.0;
     double gap = 0.0;  // at first touch, of the contact point nearest to it
+    Eigen::Vector3d touch = Eigen::Vector3d::Zero();
     Eigen::Vector3d normal_before = Eigen::Vector3d::Zero();
   };
   Grasp() = default;
@@ -161,7 +177,6 @@ class Grasp {
     std::shared_ptr<const ContactPoints> points;
   };
   void AddPatches(const ShellSurface& surface, int finger, std::vector<Patch>* patches) const;
-  std::vector<ContactState> States(const Block& block) const;
 
   std::vector<FingerSpec> specs_;
   const ShellSurface* surface_ = nullptr;

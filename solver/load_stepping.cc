@@ -29,7 +29,17 @@ LoadStepping::LoadStepping(ShellProblem* problem,
       decisions_(decisions),
       mixed_(std::make_unique<MixedIteration>(problem, options.backend, options.num_threads)) {
   problem_->SetLoadFactor(0.0);
+  if (problem->grasp() != nullptr) {
+    quality_ = std::make_unique<GraspQuality>(problem, options.backend);
+    // Gas makes it touch first, see AdvanceMixed.
+    if (!problem->has_gas()) quality_->Record(&mixed_->tangent());
+  }
   good_ = Present();
+}
+
+void LoadStepping::Accept() {
+  good_ = Present();
+  if (quality_ != nullptr) quality_->Record(&mixed_->tangent());
 }
 
 LoadStepping::State LoadStepping::Present() const {
@@ -132,7 +142,7 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
       return false;
     }
     if (grasp != nullptr) grasp->Advance();
-    good_ = Present();
+    Accept();
   }
   const double whole = target - good_.factor;
   double step = whole;
@@ -178,7 +188,7 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
         grasp->Advance();
         before_good_ = good_;
       }
-      good_ = Present();
+      Accept();
       good_.travel_rate = travel_rate_;
       if (summary.iterations <= kFewIterations) step *= 2.0;
       continue;
@@ -302,7 +312,7 @@ bool LoadStepping::AdvanceFromStart(double factor, Result* result) {
   }
   Note(line.str());
   if (accepted) {
-    good_ = Present();
+    Accept();
   } else {
     Restore(rest);
   }
@@ -335,7 +345,7 @@ LoadStepping::Result LoadStepping::LeaveUnstable(const Eigen::Matrix3Xd& mode) {
       best = result;
       lowest = energy;
       mixed_->SetStresses();
-      good_ = Present();
+      Accept();
     }
   }
   Restore(good_);
@@ -400,7 +410,7 @@ LoadStepping::Result LoadStepping::AdvanceByDescent(double factor) {
       }
       DescendAndSettle(&result);
       if (grasp != nullptr && result.converged) grasp->Advance();
-      if (result.converged) good_ = Present();
+      if (result.converged) Accept();
     }
     if (times == 1) {
       direct = Present();
@@ -451,7 +461,7 @@ LoadStepping::Result LoadStepping::AdvanceByConjugateGradients(double factor) {
   std::ostringstream line;
   line << "conjugate gradients: " << result.iterations << " iterations";
   Note(line.str());
-  good_ = Present();
+  Accept();
   return result;
 }
 
@@ -504,7 +514,7 @@ LoadStepping::Result LoadStepping::Advance(double factor) {
     }
     if (result.converged) {
       mixed_->SetStresses();
-      good_ = Present();
+      Accept();
       return result;
     }
     if (good_.factor == 0.0) return result;  // Nothing better to go back to.

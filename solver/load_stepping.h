@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "solver/grasp_quality.h"
 #include "solver/minimisation.h"
 #include "solver/mixed_iteration.h"
 #include "solver/shell_problem.h"
@@ -57,6 +58,8 @@ class LoadStepping {
   // Load factor of the last good state.
   double good_factor() const { return good_.factor; }
   MixedIteration& mixed() { return *mixed_; }
+  // Null without fingers; has all good states recorded.
+  const GraspQuality* quality() const { return quality_.get(); }
 
  private:
   struct State {
@@ -69,6 +72,8 @@ class LoadStepping {
   };
   MixedIteration::Options MixedOptions() const;
   State Present() const;
+  // The present state is the next good one.
+  void Accept();
   void Restore(const State& state);
   bool AdvanceMixed(double factor, Result* result);
   // Multipliers of contact and lagged friction, with as many more iterations as they need, after
@@ -98,6 +103,7 @@ class LoadStepping {
   std::unique_ptr<MixedIteration> mixed_;
   double travel_rate_ = -1.0;  // DrivenTravelRate after LookForSnap
   std::optional<double> limit_factor_;
+  std::unique_ptr<GraspQuality> quality_;
   State good_;
   State before_good_;  // the one before it; no displacements: there is none
   Eigen::Matrix3Xd start_;

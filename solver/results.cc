@@ -12,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <set>
 #include <system_error>
 #include <utility>
@@ -338,6 +339,8 @@ std::string Pvd(const Scene& scene, const SolverSummary& summary) {
   return text + "</Collection>\n</VTKFile>\n";
 }
 
+bool HasStiffness(const LoadStep& step) { return step.grasp && step.grasp->stiffness.size() > 0; }
+
 std::string History(const Scene& scene, const SolverSummary& summary) {
   std::string text = "step,factor,iterations,converged,energy,relative_gradient,max_displacement";
   for (const ProbeSpec& probe : scene.probes) {
@@ -346,8 +349,12 @@ std::string History(const Scene& scene, const SolverSummary& summary) {
     }
   }
   for (const FingerSpec& finger : scene.fingers) {
-    text += ",fingers." + finger.name + ".travel,fingers." + finger.name + ".normal_force";
+    for (const char* what :
+         {"travel", "normal_force", "stiffness", "contact_area", "penetration"}) {
+      text += ",fingers." + finger.name + "." + what;
+    }
   }
+  if (!scene.fingers.empty()) text += ",grasp.squeeze_work,grasp.force_closure_after.margin";
   const bool has_gas = !summary.steps.empty() && summary.steps.front().gas.has_value();
   if (has_gas) text += ",gas.gauge_pressure,gas.volume_ratio";
   text +=
@@ -367,9 +374,18 @@ std::string History(const Scene& scene, const SolverSummary& summary) {
     for (const Eigen::Vector3d& displacement : step.probe_displacements) {
       for (int k = 0; k < 3; ++k) add(displacement[k]);
     }
-    for (const FingerReport& finger : step.fingers) {
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    for (size_t f = 0; f < step.fingers.size(); ++f) {
+      const FingerReport& finger = step.fingers[f];
       add(finger.travel);
       add(finger.normal_force);
+      add(HasStiffness(step) ? step.grasp->stiffness(f, f) : none);
+      add(finger.contact_area);
+      add(finger.penetration);
+    }
+    if (!scene.fingers.empty()) {
+      add(step.grasp ? step.grasp->squeeze_work : none);
+      add(step.grasp ? step.grasp->closure_after.margin : none);
     }
     if (has_gas) {
       add(step.gas->gauge_pressure);
@@ -427,6 +443,48 @@ Json EnergyOf(const SolverSummary& summary) {
           {"supports", summary.support_energy},
           {"load_work", summary.load_work},
           {"total", summary.energy_total}};
+}
+
+// The cone about the mean normal that the finger's force on the shell has to stay in.
+Json FrictionConeOf(const FingerReport& finger, double friction) {
+  Json json = {{"axis", Components(finger.normal)},
+               {"half_angle", std::atan(friction)},
+               {"force_angle", nullptr},
+               {"used", nullptr}};
+  if (finger.contact_points == 0) return json;
+  const Eigen::Vector3d force = -finger.force;
+  const double across = finger.normal.cross(force).norm(), along = finger.normal.dot(force);
+  json["force_angle"] = std::atan2(across, along);
+  if (friction > 0.0 && along > 0.0) json["used"] = across / (along * friction);
+  return json;
+}
+
+Json ToJson(const ForceClosure& closure,
+            const std::vector<GraspContact>& contacts,
+            const Eigen::Vector3d& center,
+            double length) {
+  return {{"closed", closure.closed},
+          {"margin", closure.margin},
+          {"least_friction", Optional(LeastFriction(contacts, center, length))},
+          {"lacks", closure.lacks}};
+}
+
+Json ToJson(const GraspReport& grasp) {
+  Json stiffness = Json::array();
+  for (Eigen::Index i = 0; i < grasp.stiffness.rows(); ++i) {
+    Json& row = stiffness.emplace_back(Json::array());
+    for (Eigen::Index j = 0; j < grasp.stiffness.cols(); ++j) row.push_back(grasp.stiffness(i, j));
+  }
+  return {
+      {"force_closure_before",
+       ToJson(grasp.closure_before, grasp.before, grasp.center_before, grasp.length)},
+      {"force_closure_after", ToJson(grasp.closure_after, grasp.after, grasp.center, grasp.length)},
+      {"squeeze_work", grasp.squeeze_work},
+      {"stored_energy", grasp.stored_energy},
+      {"stiffness", std::move(stiffness)},
+      {"center_before", Components(grasp.center_before)},
+      {"center", Components(grasp.center)},
+      {"length", grasp.length}};
 }
 
 Json ToJson(const AccuracyReport& accuracy) {
@@ -581,21 +639,33 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
   }
   Json& fingers = json["fingers"] = Json::object();
   if (!summary.steps.empty()) {
-    for (const FingerReport& finger : summary.steps.back().fingers) {
-      fingers[finger.name] = {{"force", Components(finger.force)},
-                              {"normal_force", finger.normal_force},
-                              {"travel", finger.travel},
-                              {"contact_area", finger.contact_area},
-                              {"largest_pressure", finger.largest_pressure},
-                              {"penetration", finger.penetration},
-                              {"shift", finger.shift},
-                              {"normal_before", Components(finger.normal_before)},
-                              {"normal", Components(finger.normal)},
-                              {"center", Components(finger.center)},
-                              {"contact_points", finger.contact_points},
-                              {"sticking", finger.sticking},
-                              {"slipping", finger.slipping}};
+    const LoadStep& last = summary.steps.back();
+    for (size_t i = 0; i < last.fingers.size(); ++i) {
+      const FingerReport& finger = last.fingers[i];
+      Json& entry = fingers[finger.name];
+      entry = {{"force", Components(finger.force)},
+               {"normal_force", finger.normal_force},
+               {"travel", finger.travel},
+               {"contact_area", finger.contact_area},
+               {"largest_pressure", finger.largest_pressure},
+               {"penetration", finger.penetration},
+               {"shift", finger.shift},
+               {"normal_before", Components(finger.normal_before)},
+               {"normal", Components(finger.normal)},
+               {"center_before", Components(finger.center_before)},
+               {"center", Components(finger.center)},
+               {"spin_arm", finger.spin_arm},
+               {"friction_cone", FrictionConeOf(finger, scene.fingers[i].friction)},
+               {"stiffness", nullptr},
+               {"contact_points", finger.contact_points},
+               {"sticking", finger.sticking},
+               {"slipping", finger.slipping}};
+      if (HasStiffness(last)) entry["stiffness"] = last.grasp->stiffness(i, i);
     }
+  }
+  Json& grasp = json["grasp"] = Json::object();
+  if (!summary.steps.empty() && summary.steps.back().grasp) {
+    grasp = ToJson(*summary.steps.back().grasp);
   }
   json["supports"] = {{"reaction", Components(summary.reaction)}};
   json["gas"] = {{"gauge_pressure", 0.0}, {"volume", 0.0}, {"volume_ratio", 1.0}};

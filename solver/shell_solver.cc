@@ -564,6 +564,14 @@ bool Solve(const Scene& scene,
       RecordStability(stability, &summary->steps.back());
       summary->steps.back().limit_factor = stepping.limit_factor();
       summary->steps.back().limit_point = stepping.limit_factor().has_value();
+      if (stepping.quality() != nullptr) {
+        LoadStep& last = summary->steps.back();
+        double energy = 0.0;
+        for (const Effect effect : {Effect::kMembrane, Effect::kBending, Effect::kGas}) {
+          energy += last.energies[static_cast<int>(effect)];
+        }
+        last.grasp = stepping.quality()->Report(last.fingers, energy, converged);
+      }
       if (!converged) break;
     }
   }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "solver/grasp_quality.h"
 #include "solver/scene.h"
 #include "solver/shell_problem.h"
 #include "solver/sparse_cholesky.h"
@@ -80,6 +81,7 @@ struct LoadStep {
   // at this factor on the way, where the shell gave way to the forces that drive fingers.
   std::optional<double> limit_factor;
   std::vector<FingerReport> fingers;
+  std::optional<GraspReport> grasp;
   std::optional<GasReport> gas;
 };
 

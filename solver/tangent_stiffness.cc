@@ -494,19 +494,19 @@ bool TangentStiffness::Evaluate(const Request& request) {
     std::vector<Grasp::Travel> travels;
     if (!problem_.grasp()->LineariseTravels(&travels)) return false;
     num_travels_ = static_cast<int>(travels.size());
+    update_vectors_.rightCols(problem_.grasp()->num_driven()).setZero();
     travel_changes_.setZero(num_unknowns(), num_travels_);
     travel_compliances_.setZero(num_travels_);
+    update_weights_.tail(problem_.grasp()->num_driven()).setConstant(-weight);
     for (int k = 0; k < num_travels_; ++k, ++column) {
       // A finger without contact has nothing to eliminate.
       const bool touches = travels[k].stiffness > 0.0;
       const Eigen::VectorXd coupling = Reduce(travels[k].coupling);
-      update_vectors_.col(column).setZero();
       if (touches) {
         update_vectors_.col(column) = coupling / std::sqrt(weight * travels[k].stiffness);
         travel_changes_.col(k) = -coupling / travels[k].stiffness;
         travel_compliances_[k] = 1.0 / travels[k].stiffness;
       }
-      update_weights_[column] = -weight;
     }
   }
   StressField stresses;

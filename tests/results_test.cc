@@ -494,6 +494,7 @@ TEST_F(ResultsTest, SummaryHasTheKeysOfTheContractInItsOrder) {
                           "energy",
                           "probes",
                           "fingers",
+                          "grasp",
                           "supports",
                           "gas",
                           "max_displacement",
