@@ -30,21 +30,24 @@ FollowerPressure::FollowerPressure(StrainPoints points,
                                    std::vector<double> pressure,
                                    const Eigen::Vector3d& origin,
                                    const double* factor,
-                                   double s)
+                                   double s,
+                                   bool linear)
     : Potential(s),
       points_(std::move(points)),
       pressure_(std::move(pressure)),
       origin_(origin),
-      factor_(factor) {
+      factor_(factor),
+      linear_(linear) {
   const int n = static_cast<int>(points_->front().weights.cols());
   for (int i = 0; i < n; ++i) mutable_parameter_block_sizes()->push_back(3);
 }
 
-bool FollowerPressure::EvaluateEnergy(double const* const* displacements,
-                                      double* energy,
-                                      double** gradients) const {
+template <typename Weight>
+double FollowerPressure::Sum(double const* const* displacements,
+                             const Weight& weight,
+                             double** gradients) const {
   const int n = static_cast<int>(parameter_block_sizes().size());
-  *energy = 0.0;
+  double sum = 0.0;
   if (gradients != nullptr) {
     for (int i = 0; i < n; ++i) {
       if (gradients[i] != nullptr) Eigen::Map<Eigen::Vector3d>(gradients[i]).setZero();
@@ -52,24 +55,37 @@ bool FollowerPressure::EvaluateEnergy(double const* const* displacements,
   }
   for (size_t q = 0; q < points_->size(); ++q) {
     const StrainPoint& point = (*points_)[q];
-    const double scale = -*factor_ * pressure_[q] * point.area / 3.0;
+    const double scale = weight(q) * point.area / 3.0;
     const Eigen::Matrix3d inputs = Inputs(point, displacements);
     const Eigen::Vector3d u = inputs.col(0);
-    const Eigen::Vector3d change = NormalChange(point, inputs);
-    const Eigen::Vector3d arm = point.position - origin_ + u;
-    *energy += scale * (u.dot(point.n) + arm.dot(change));
+    Eigen::Matrix3d derivative = Eigen::Matrix3d::Zero();
+    if (linear_) {
+      sum += 3.0 * scale * u.dot(point.n);
+      derivative.col(0) = 3.0 * point.n;
+    } else {
+      const Eigen::Vector3d change = NormalChange(point, inputs);
+      const Eigen::Vector3d arm = point.position - origin_ + u;
+      sum += scale * (u.dot(point.n) + arm.dot(change));
+      // d(arm.N): by u: N; by d_1: x_2 x arm; by d_2: arm x x_1.
+      derivative.col(0) = point.n + change;
+      derivative.col(1) = (point.t2 + inputs.col(2)).cross(arm);
+      derivative.col(2) = arm.cross(point.t1 + inputs.col(1));
+    }
     if (gradients == nullptr) continue;
-    // d(arm.N): by u: N; by d_1: x_2 x arm; by d_2: arm x x_1.
-    Eigen::Matrix3d derivative;
-    derivative.col(0) = point.n + change;
-    derivative.col(1) = (point.t2 + inputs.col(2)).cross(arm);
-    derivative.col(2) = arm.cross(point.t1 + inputs.col(1));
     derivative *= scale;
     for (int i = 0; i < n; ++i) {
       if (gradients[i] == nullptr) continue;
       Eigen::Map<Eigen::Vector3d>(gradients[i]) += derivative * point.weights.col(i).head<3>();
     }
   }
+  return sum;
+}
+
+bool FollowerPressure::EvaluateEnergy(double const* const* displacements,
+                                      double* energy,
+                                      double** gradients) const {
+  *energy = Sum(
+      displacements, [this](size_t q) { return -*factor_ * pressure_[q]; }, gradients);
   return true;
 }
 
@@ -77,7 +93,8 @@ Eigen::Matrix3Xd FollowerPressure::ExactForce(double const* const* displacements
   Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, parameter_block_sizes().size());
   for (size_t q = 0; q < points_->size(); ++q) {
     const StrainPoint& point = (*points_)[q];
-    const Eigen::Vector3d normal = point.n + NormalChange(point, Inputs(point, displacements));
+    Eigen::Vector3d normal = point.n;
+    if (!linear_) normal += NormalChange(point, Inputs(point, displacements));
     force += (*factor_ * pressure_[q] * point.area) * normal * point.weights.row(kRowValue);
   }
   return force;
@@ -91,15 +108,9 @@ double FollowerPressure::RestVolume() const {
   return volume;
 }
 
-double FollowerPressure::SweptVolume(double const* const* displacements) const {
-  double volume = 0.0;
-  for (const StrainPoint& point : *points_) {
-    const Eigen::Matrix3d inputs = Inputs(point, displacements);
-    const Eigen::Vector3d u = inputs.col(0);
-    const Eigen::Vector3d arm = point.position - origin_ + u;
-    volume += point.area / 3.0 * (u.dot(point.n) + arm.dot(NormalChange(point, inputs)));
-  }
-  return volume;
+double FollowerPressure::SweptVolume(double const* const* displacements, double** gradients) const {
+  return Sum(
+      displacements, [](size_t) { return 1.0; }, gradients);
 }
 
 bool FollowerPressure::Linearise(double const* const* displacements,
@@ -109,6 +120,7 @@ bool FollowerPressure::Linearise(double const* const* displacements,
   if (stiffness == nullptr) return true;
   const int n = static_cast<int>(parameter_block_sizes().size());
   stiffness->setZero(3 * n, 3 * n);
+  if (linear_) return true;
   for (size_t q = 0; q < points_->size(); ++q) {
     const StrainPoint& point = (*points_)[q];
     const Eigen::Matrix3d inputs = Inputs(point, displacements);

@@ -16,12 +16,17 @@ namespace darboux {
 //     = p_0 V_0 ((V / V_0)^(1 - gamma) - 1) / (gamma - 1) + A (V - V_0)         otherwise   [J]
 //
 // so that dU/dV = -(p - A), the gauge pressure, and d^2U/dV^2 = -dp/dV = gamma p / V > 0: the gas
-// stiffens what changes the volume, and nothing else. Everything here is a function of the change
-// of the volume, V - V_0, m^3, which loses no digits where it is small. Pressures in Pa.
+// stiffens what changes the volume, and nothing else. gamma = 0 is a pressure that stays.
+// Everything here is a function of the change of the volume, V - V_0, m^3, which loses no digits
+// where it is small. Pressures in Pa.
+//
+// The linear theory knows the gas to first order in that change,
+//
+//   p - A = P - gamma p_0 / V_0 (V - V_0),   U = -P (V - V_0) + gamma p_0 / V_0 (V - V_0)^2 / 2
 class Gas {
  public:
-  // Precondition: ambient + gauge > 0, rest_volume > 0, gamma >= 1.
-  Gas(double gauge, double ambient, double gamma, double rest_volume);
+  // Precondition: ambient + gauge > 0, rest_volume > 0, gamma = 0 or gamma >= 1.
+  Gas(double gauge, double ambient, double gamma, double rest_volume, bool linear = false);
 
   double rest_volume() const { return rest_volume_; }
   double ambient() const { return ambient_; }
@@ -34,12 +39,18 @@ class Gas {
   double GaugePressure(double change) const;       // p - A
   double PressureDerivative(double change) const;  // dp/dV, Pa/m^3, negative
   double Energy(double change) const;
+  // U(change + more) - U(change) + GaugePressure(change) * more >= 0, what U has beyond its tangent
+  // at `change`, and its derivative by `more`, >= 0 where more is. All digits however small `more`.
+  // Precondition: IsDefined(change) and IsDefined(change + more).
+  double Divergence(double change, double more) const;
+  double DivergenceSlope(double change, double more) const;
 
  private:
   double gauge_;
   double ambient_;
   double gamma_;
   double rest_volume_;
+  bool linear_;
 };
 
 }  // namespace darboux

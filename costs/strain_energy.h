@@ -55,6 +55,12 @@ class StrainEnergy : public ceres::CostFunction {
 
   const std::vector<StrainPoint>& points() const { return *points_; }
 
+  // Strains per point that the shell has at rest already, those of its initial stress: r = sqrt(B
+  // dA) L^T (e + e_0). One per point, or none.
+  void SetInitialStrains(std::vector<Eigen::Vector3d> strains) {
+    initial_strains_ = std::move(strains);
+  }
+
  protected:
   static constexpr int kBlocks = Kernel::kInputs / 3;
   using Jet = ceres::Jet<double, Kernel::kInputs>;
@@ -111,6 +117,7 @@ class StrainEnergy : public ceres::CostFunction {
               jacobians[i] + 3 * rows_per_point * q) = Eigen::Map<const Eigen::Matrix3d>(d.data());
         }
       }
+      if (!initial_strains_.empty()) r += scale * initial_strains_[q];
       if constexpr (!std::is_same_v<OnPoint, std::nullptr_t>) {
         on_point(static_cast<int>(q), inputs, Eigen::Vector3d(r));
       }
@@ -122,6 +129,7 @@ class StrainEnergy : public ceres::CostFunction {
   StrainMeasure measure_;
   double stiffness_;
   Eigen::Matrix3d factor_;
+  std::vector<Eigen::Vector3d> initial_strains_;
 };
 
 }  // namespace darboux

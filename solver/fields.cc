@@ -97,14 +97,25 @@ ShellFields EvaluateFields(const ShellProblem& problem,
 
   fields.membrane_force = PlaneStress(material.MembraneStiffness(), nu, e);
   fields.moment = PlaneStress(material.BendingStiffness(), nu, rho);
+  fields.membrane_energy_density = 0.5 * Contract(fields.membrane_force, e);
+  fields.bending_energy_density = 0.5 * Contract(fields.moment, rho);
+  if (!problem.initial_strains().empty()) {
+    const Eigen::Matrix<double, 6, 1> initial = problem.InitialStrain(site.element, p);
+    const Eigen::Vector3d e0(initial[0], initial[1], 0.5 * initial[2]);
+    const Eigen::Vector3d rho0(initial[3], initial[4], 0.5 * initial[5]);
+    const Eigen::Vector3d force = PlaneStress(material.MembraneStiffness(), nu, e0);
+    const Eigen::Vector3d moment = PlaneStress(material.BendingStiffness(), nu, rho0);
+    fields.membrane_force += force;
+    fields.moment += moment;
+    fields.membrane_energy_density += Contract(force, e);
+    fields.bending_energy_density += Contract(moment, rho);
+  }
   // The strain at the height z along n is e - z rho: b grows where the surface curls towards n,
   // and what lies on that side gets shorter.
   const Eigen::Vector3d stretching = fields.membrane_force / h;
   const Eigen::Vector3d bending = 6.0 / (h * h) * fields.moment;
   fields.von_mises_top = VonMises(stretching - bending);
   fields.von_mises_bottom = VonMises(stretching + bending);
-  fields.membrane_energy_density = 0.5 * Contract(fields.membrane_force, e);
-  fields.bending_energy_density = 0.5 * Contract(fields.moment, rho);
   return fields;
 }
 

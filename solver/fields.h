@@ -46,7 +46,8 @@ struct ShellFields {
   Eigen::Vector3d moment;
   // Von Mises stress of the plane stress n/h -+ 6 m/h^2 at the faces +h/2 n (top) and -h/2 n, Pa.
   double von_mises_top = 0.0, von_mises_bottom = 0.0;
-  // n_ij e_ij / 2 and m_ij rho_ij / 2 per rest area, J/m^2.
+  // n_ij e_ij / 2 and m_ij rho_ij / 2 per rest area, J/m^2. An initial stress is part of n and m,
+  // and its work n0_ij e_ij, m0_ij rho_ij of the energy.
   double membrane_energy_density = 0.0, bending_energy_density = 0.0;
 };
 

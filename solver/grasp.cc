@@ -91,14 +91,38 @@ double SafeTravel(const ContactFinger& finger, double thickness) {
   return kSafeStep * (std::isfinite(step) ? step : 4.0 * thickness);
 }
 
-double ElementSize(const ShellSurface& surface, int element) {
-  const Eigen::Vector3d a = surface.Position({element, 0.0, 0.0});
-  const Eigen::Vector3d b = surface.Position({element, 1.0, 0.0});
-  const Eigen::Vector3d c = surface.Position({element, 0.0, 1.0});
-  return std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+}  // namespace
+
+Eigen::Vector3d Grasp::Position(const ElementPoint& at) const {
+  Eigen::Vector3d x = surface_->Position(at);
+  if (!inflated_) return x;
+  const std::vector<int>& vertices = surface_->control_vertices(at.element);
+  const Eigen::VectorXd weights = surface_->ValueWeights(at);
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    x += weights[i] * Eigen::Map<const Eigen::Vector3d>(displacements_ + 3 * vertices[i]);
+  }
+  return x;
 }
 
-}  // namespace
+Eigen::Vector3d Grasp::Normal(const ElementPoint& at) const {
+  const StrainPoint point = surface_->MakePoint(at);
+  if (!inflated_) return point.n;
+  const std::vector<int>& vertices = surface_->control_vertices(at.element);
+  Eigen::Vector3d x1 = point.t1, x2 = point.t2;
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    const Eigen::Map<const Eigen::Vector3d> u(displacements_ + 3 * vertices[i]);
+    x1 += point.weights(kRowD1, i) * u;
+    x2 += point.weights(kRowD2, i) * u;
+  }
+  return x1.cross(x2).normalized();
+}
+
+double Grasp::ElementSize(int element) const {
+  const Eigen::Vector3d a = Position({element, 0.0, 0.0});
+  const Eigen::Vector3d b = Position({element, 1.0, 0.0});
+  const Eigen::Vector3d c = Position({element, 0.0, 1.0});
+  return std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+}
 
 std::vector<const double*> Grasp::Parameters(const Block& block) const {
   std::vector<const double*> blocks;
@@ -129,15 +153,15 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
   std::vector<Eigen::Vector3d> points;
   std::vector<ElementPoint> places = surface.vertex_points();
   for (int e = 0; e < surface.num_elements(); ++e) places.push_back({e, 1.0 / 3.0, 1.0 / 3.0});
-  for (const ElementPoint& at : places) points.push_back(surface.Position(at));
+  for (const ElementPoint& at : places) points.push_back(Position(at));
   Touch touch;
   // A pin pushes the point nearest to it.
   if (finger->spec->shape == FingerSpec::Shape::kPin) {
     const ElementPoint at = surface.ClosestPoint(contact.pose.position);
-    const Eigen::Vector3d x = surface.Position(at);
+    const Eigen::Vector3d x = Position(at);
     finger->shift = (x - contact.pose.position).dot(contact.direction) - contact.offset;
     finger->touch = x;
-    const Eigen::Vector3d n = surface.MakePoint(at).n;
+    const Eigen::Vector3d n = Normal(at);
     finger->normal_before = n.dot(contact.direction) > 0.0 ? n : Eigen::Vector3d(-n);
     return true;
   }
@@ -156,10 +180,10 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
     const ElementPoint near = places[touch.point];
     const Eigen::Vector3d x = points[touch.point];
     if (pass == 0) {
-      const double size = ElementSize(surface, near.element);
+      const double size = ElementSize(near.element);
       constexpr int kParts = 12;
       for (int e = 0; e < surface.num_elements(); ++e) {
-        if ((surface.Position({e, 1.0 / 3.0, 1.0 / 3.0}) - x).norm() > 1.5 * size) continue;
+        if ((Position({e, 1.0 / 3.0, 1.0 / 3.0}) - x).norm() > 1.5 * size) continue;
         for (int j = 0; j <= kParts; ++j) {
           for (int i = 0; i + j <= kParts; ++i) {
             places.push_back({e, i / (1.0 * kParts), j / (1.0 * kParts)});
@@ -176,12 +200,12 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
       }
     }
     for (size_t k = points.size(); k < places.size(); ++k) {
-      points.push_back(surface.Position(places[k]));
+      points.push_back(Position(places[k]));
     }
   }
   finger->shift = touch.shift;
   finger->touch = points[touch.point];
-  const Eigen::Vector3d n = surface.MakePoint(places[touch.point]).n;
+  const Eigen::Vector3d n = Normal(places[touch.point]);
   finger->normal_before = n.dot(contact.direction) > 0.0 ? n : Eigen::Vector3d(-n);
   return true;
 }
@@ -197,7 +221,7 @@ void Grasp::AddPatches(const ShellSurface& surface, int index, std::vector<Patch
   if (finger.spec->shape == FingerSpec::Shape::kPin) {
     const ElementPoint at = surface.ClosestPoint(Vector(finger.spec->position));
     StrainPoint point = surface.MakePoint(at);
-    const double size = ElementSize(surface, at.element);
+    const double size = ElementSize(at.element);
     point.area = 0.5 * size * size;
     add(at.element, {point});
     return;
@@ -208,8 +232,8 @@ void Grasp::AddPatches(const ShellSurface& surface, int index, std::vector<Patch
   const double radius = contact.shape->MaxStep() + contact.offset;
   constexpr int kSamples = 8;
   for (int e = 0; e < surface.num_elements(); ++e) {
-    const Eigen::Vector3d x = surface.Position({e, 1.0 / 3.0, 1.0 / 3.0});
-    const double size = ElementSize(surface, e);
+    const Eigen::Vector3d x = Position({e, 1.0 / 3.0, 1.0 / 3.0});
+    const double size = ElementSize(e);
     double nearest = std::numeric_limits<double>::infinity();
     for (int k = 0; k <= kSamples; ++k) {
       FingerPose pose = contact.pose;
@@ -243,12 +267,14 @@ std::unique_ptr<Grasp> Grasp::Create(const Scene& scene,
   std::unique_ptr<Grasp> grasp(new Grasp());
   grasp->surface_ = &surface;
   grasp->displacements_ = displacements;
+  const int size = 3 * surface.mesh().num_vertices;
+  grasp->inflated_ = !Eigen::Map<const Eigen::VectorXd>(displacements, size).isZero(0.0);
   grasp->thickness_ = material.thickness;
   grasp->specs_ = scene.fingers;
   // How far a force drives a finger is not known before. No shell gives way by more than half its
   // size without touching itself.
   Eigen::AlignedBox3d bounds;
-  for (const ElementPoint& at : surface.vertex_points()) bounds.extend(surface.Position(at));
+  for (const ElementPoint& at : surface.vertex_points()) bounds.extend(grasp->Position(at));
   const double half_size = 0.5 * bounds.sizes().maxCoeff();
   for (const FingerSpec& spec : grasp->specs_) {
     Finger finger;

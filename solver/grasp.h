@@ -52,8 +52,8 @@ struct FingerReport {
 // unit).
 class Grasp {
  public:
-  // Null and *error where a finger never touches the shell. The displacements (a column per control
-  // vertex) must outlive this and stay where they are.
+  // Null and *error where a finger never touches the shell as the present displacements (a column
+  // per control vertex) have it. These must outlive this and stay where they are.
   static std::unique_ptr<Grasp> Create(const Scene& scene,
                                        const ShellSurface& surface,
                                        const Material& scaled_material,
@@ -171,6 +171,10 @@ class Grasp {
   double TravelOf(const Finger& finger) const;
   // dU/dt of one finger, and its derivative; distance: to the shell, along its direction, at least.
   bool Resistance(int finger, double* force, double* stiffness, double* distance) const;
+  // Of the shell under the present displacements.
+  Eigen::Vector3d Position(const ElementPoint& at) const;
+  Eigen::Vector3d Normal(const ElementPoint& at) const;
+  double ElementSize(int element) const;
   bool FindTouch(const ShellSurface& surface, Finger* finger, std::string* error) const;
   struct Patch {
     int element, finger;
@@ -181,6 +185,7 @@ class Grasp {
   std::vector<FingerSpec> specs_;
   const ShellSurface* surface_ = nullptr;
   double* displacements_ = nullptr;
+  bool inflated_ = false;  // displaced before the fingers come
   double thickness_ = 0.0;
   double factor_ = 0.0;
   bool held_ = false;

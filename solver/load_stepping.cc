@@ -379,8 +379,33 @@ void LoadStepping::DescendAndSettle(Result* result) {
   result->converged = result->message.empty();
 }
 
+// Gas before loads, as MixedIteration::Inflate.
+bool LoadStepping::FillByDescent(Result* result) {
+  for (const int parts : {1, 4, 16}) {
+    Restore(good_);
+    result->converged = true;
+    for (int part = 1; part <= parts && result->converged; ++part) {
+      problem_->SetGasCharge(static_cast<double>(part) / parts);
+      int used = 0;
+      result->converged =
+          Descend(problem_, options_, deadline_, &used, &result->equilibrium, &result->message);
+      result->iterations += used;
+    }
+    problem_->SetGasCharge(1.0);
+    if (result->converged || deadline_.Stopped() || deadline_.TimedOut()) break;
+  }
+  if (result->iterations > 0) {
+    Note("gas fills the shell: " + std::to_string(result->iterations) + " iterations");
+  }
+  if (result->converged) Accept();
+  return result->converged;
+}
+
 LoadStepping::Result LoadStepping::AdvanceByDescent(double factor) {
   Result result;
+  if (problem_->has_gas() && good_.factor == 0.0 && (!FillByDescent(&result) || factor == 0.0)) {
+    return result;
+  }
   const double from = good_.factor;
   // What the first attempt, straight to the asked load, ended with.
   State direct;
@@ -476,9 +501,7 @@ LoadStepping::Result LoadStepping::Advance(double factor) {
   const bool reached = given || AdvanceMixed(factor, &result);
   const bool out_of_time = deadline_.Stopped() || deadline_.TimedOut();
   Restore(good_);
-  // Descent has the gas's pressure frozen.
-  const bool descends = minimizer == Minimizer::kAuto && !problem_->has_gas();
-  if (reached || (!out_of_time && descends)) {
+  if (reached || (!out_of_time && minimizer == Minimizer::kAuto)) {
     if (!reached) {
       std::ostringstream line;
       line << "descent from load factor " << good_.factor << " to " << factor;
@@ -492,12 +515,7 @@ LoadStepping::Result LoadStepping::Advance(double factor) {
                              : 0.0;
     result.converged = reached && result.equilibrium.relative_gradient <=
                                       std::max(options_.gradient_tolerance, kRoundings * floor);
-    if (!result.converged && problem_->has_gas()) {
-      std::ostringstream text;
-      text << "relative gradient " << result.equilibrium.relative_gradient
-           << " by Ceres' problem after the mixed iteration";
-      result.message = text.str();
-    } else if (!result.converged) {
+    if (!result.converged) {
       const int before = result.iterations;
       DescendAndSettle(&result);
       std::ostringstream line;

@@ -94,6 +94,7 @@ class LoadStepping {
   bool AdvanceFromStart(double factor, Result* result);
   Result AdvanceByConjugateGradients(double factor);
   Result AdvanceByDescent(double factor);
+  bool FillByDescent(Result* result);
   void Note(const std::string& decision) { decisions_->push_back(decision); }
 
   ShellProblem* problem_;

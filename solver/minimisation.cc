@@ -114,6 +114,7 @@ bool SolveLinearByCeres(ShellProblem* problem,
   ceres_options.jacobi_scaling = false;  // Cholesky's answer does not depend on it, its cost does.
   *iterations = 0;
   double previous = std::numeric_limits<double>::infinity();
+  double unsettled = previous;
   for (int pass = 0; pass < kMaxPasses; ++pass) {
     const Eigen::Matrix3Xd before = problem->displacements();
     const std::vector<double> multipliers = problem->multipliers();
@@ -127,6 +128,12 @@ bool SolveLinearByCeres(ShellProblem* problem,
       return false;
     }
     const double violation = problem->LargestViolation();
+    if (problem->has_gas()) {  // Once more for what the springs between its shares leave behind.
+      const double gradient = CheckEquilibrium(problem).relative_gradient;
+      const bool settles = gradient > options.gradient_tolerance && gradient < 0.5 * unsettled;
+      unsettled = gradient;
+      if (settles && !deadline.Stopped() && !deadline.TimedOut()) continue;
+    }
     if (violation >= previous) {
       problem->displacements() = before;
       problem->SetMultipliers(multipliers);
@@ -154,13 +161,13 @@ bool SolveLinearDirectly(ShellProblem* problem,
   TangentStiffness tangent(problem, options.backend, options.num_threads);
   if (builder.joinable()) builder.join();
   const auto cholesky = std::make_unique<UpdatedCholesky>(SparseCholesky::Create(options.backend));
-  cholesky->SetUpdate(tangent.update_vectors(), tangent.update_weights());
   Eigen::VectorXd gradient;
   TangentStiffness::Request request;
   request.gradient = &gradient;
   request.matrix = true;
   message->clear();
   if (!tangent.Evaluate(request)) return false;
+  cholesky->SetUpdate(tangent.update_vectors(), tangent.update_weights());
   cholesky->Analyze(tangent.matrix());
   if (!cholesky->Factorize(tangent.matrix())) return false;
   request.matrix = false;
@@ -303,6 +310,7 @@ bool Descend(ShellProblem* problem,
   // A violated support, relative to the largest displacement, that may be left.
   constexpr double kHeldNonlinear = 1e-9;
   double previous = std::numeric_limits<double>::infinity();
+  double unsettled = previous;  // relative gradient that the gas's last pass has left
   constexpr int kMaxCorrections = 50;
   for (int correction = 0; correction < kMaxCorrections; ++correction) {
     if (problem->NeedsCorrection()) problem->UpdateCorrection();
@@ -342,6 +350,13 @@ bool Descend(ShellProblem* problem,
       // contact before the shell gave way: larger.
       if ((loads == 0.0 || problem->grasp() != nullptr) && ceres_summary.num_successful_steps > 1 &&
           *iterations < options.max_iterations) {
+        continue;
+      }
+      // The gas's pressure has changed, and what goes with it in the correction: once more from
+      // here.
+      if (problem->has_gas() && equilibrium->relative_gradient < 0.5 * unsettled &&
+          *iterations < options.max_iterations) {
+        unsettled = equilibrium->relative_gradient;
         continue;
       }
       std::ostringstream text;

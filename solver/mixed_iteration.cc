@@ -113,6 +113,7 @@ MixedIteration::Summary MixedIteration::Inflate(const Options& options) {
   Summary summary;
   summary.converged = true;
   if (!problem_->has_gas()) return summary;
+  if (!problem_->displacements().isZero(0.0)) SetStresses();  // full already
   double reached = 0.0, step = 1.0;
   while (reached < 1.0) {
     const Eigen::Matrix3Xd displacements = problem_->displacements();

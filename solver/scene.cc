@@ -64,6 +64,23 @@ const char* ToString(Unstable unstable) {
   return unstable == Unstable::kReport ? "report" : "leave";
 }
 
-const char* ToString(GasLaw law) { return law == GasLaw::kIsothermal ? "isothermal" : "adiabatic"; }
+const char* ToString(GasLaw law) {
+  switch (law) {
+    case GasLaw::kIsothermal:
+      return "isothermal";
+    case GasLaw::kAdiabatic:
+      return "adiabatic";
+    case GasLaw::kIsobaric:
+      return "isobaric";
+  }
+  return "";
+}
+
+const LoadSpec* FindGas(const Scene& scene) {
+  for (const LoadSpec& load : scene.loads) {
+    if (load.kind == LoadSpec::Kind::kGas) return &load;
+  }
+  return nullptr;
+}
 
 }  // namespace darboux

@@ -105,7 +105,8 @@ struct SurfacePoint {
 
 enum class GasLaw {
   kIsothermal,  // p V = const
-  kAdiabatic    // p V^1.4 = const
+  kAdiabatic,   // p V^1.4 = const
+  kIsobaric     // p = const; no scene asks for it, the solver does
 };
 
 struct LoadSpec {
@@ -132,6 +133,7 @@ struct LoadSpec {
   double gauge_pressure = 0.0;           // kGas: at the rest volume
   double ambient_pressure = 0.0;         // kGas
   GasLaw law = GasLaw::kIsothermal;      // kGas
+  bool prestressed = false;              // kGas: the rest shape bears the gauge pressure
   SceneLocation location;
 };
 
@@ -206,6 +208,8 @@ const char* ToString(Strains strains);
 const char* ToString(BoundaryRule rule);
 const char* ToString(Unstable unstable);
 const char* ToString(GasLaw law);
+// Null where the scene has none.
+const LoadSpec* FindGas(const Scene& scene);
 
 }  // namespace darboux
 

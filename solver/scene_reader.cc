@@ -480,7 +480,10 @@ bool SceneParser::ReadGas(const YamlMap& map, const YamlField& kind, LoadSpec* l
   }
   std::string rest;
   const YamlField* const field = map.Find("rest");
-  return field == nullptr || ReadChoice(*field, {"stress_free"}, {"prestressed"}, &rest);
+  if (field == nullptr) return true;
+  if (!ReadChoice(*field, {"stress_free", "prestressed"}, {}, &rest)) return false;
+  load->prestressed = rest == "prestressed";
+  return true;
 }
 
 bool SceneParser::ReadProbe(const YamlField& field, ProbeSpec* probe) {

@@ -4,16 +4,20 @@
 #include <glog/logging.h>
 
 #include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 
 #include "costs/bending_energy.h"
 #include "costs/edge_moment.h"
+#include "costs/gas_blocks.h"
 #include "costs/load_work.h"
 #include "costs/membrane_energy.h"
 #include "costs/stacked_cost.h"
+#include "costs/strain_derivatives.h"
 #include "costs/support.h"
 #include "geometry/quadrature.h"
 #include "solver/parallel_for.h"
@@ -168,6 +172,25 @@ ShellProblem::ShellProblem(const Scene& scene,
   scaled_material_ = material_;
   scaled_material_.young_modulus /= force_unit_;
   displacements_ = Eigen::Matrix3Xd::Zero(3, surface_->mesh().num_vertices);
+  if (options_.prestress.size() == 0) return;
+  for (int e = 0; e < surface_->num_elements(); ++e) {
+    for (const StrainPoint& point : *points_[e]) {
+      initial_strains_.push_back(InitialStrain(e, point));
+    }
+  }
+}
+
+Eigen::Matrix<double, 6, 1> ShellProblem::InitialStrain(int element,
+                                                        const StrainPoint& point) const {
+  const std::vector<int>& vertices = surface_->control_vertices(element);
+  Eigen::Matrix<double, kBendingInputs, 1> k = Eigen::Matrix<double, kBendingInputs, 1>::Zero();
+  StrainDerivatives strain;
+  CHECK(EvaluateStrainDerivatives(measure_, point, k.data(), &strain));
+  Eigen::Map<Eigen::Matrix<double, 3, 5>> inputs(k.data());
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    inputs += options_.prestress.col(vertices[i]) * point.weights.col(i).tail<5>().transpose();
+  }
+  return strain.gradient * k;
 }
 
 std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
@@ -197,6 +220,7 @@ std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
   }
   problem->conditions_ = std::move(supports.conditions);
   problem->fixed_vertices_ = std::move(supports.fixed_vertices);
+  if (options.start.size() > 0) problem->displacements() = options.start;
   if (!scene.fingers.empty()) {
     problem->grasp_ = Grasp::Create(scene,
                                     *problem->surface_,
@@ -212,9 +236,16 @@ std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
   problem->ListUnknowns();
   problem->force_ = problem->dead_loads_.force;
   problem->correction_ = problem->held_ = Eigen::Matrix3Xd::Zero(3, problem->force_.cols());
+  if (options.start.size() > 0) {
+    std::copy_n(options.start_multipliers.begin(),
+                std::min(options.start_multipliers.size(), problem->multipliers_.size()),
+                problem->multipliers_.begin());
+  }
   problem->SetLoadFactor(1.0);
   // Forces that follow are among the blocks.
-  if (options.nonlinear || problem->grasp_ != nullptr) problem->Build();
+  if (options.nonlinear || problem->grasp_ != nullptr || FindGas(scene) != nullptr) {
+    problem->Build();
+  }
   return problem;
 }
 
@@ -424,8 +455,15 @@ void ShellProblem::AddParameters() {
 
 void ShellProblem::AddStrainEnergies() {
   const bool tension_rows = options_.nonlinear && options_.tension_rows;
+  size_t next = 0;
   for (int e = 0; e < surface_->num_elements(); ++e) {
     std::vector<std::unique_ptr<ceres::CostFunction>> costs;
+    std::vector<Eigen::Vector3d> initial[2];
+    for (size_t q = 0; !initial_strains_.empty() && q < points_[e]->size(); ++q) {
+      initial[0].push_back(initial_strains_[next + q].head<3>());
+      initial[1].push_back(initial_strains_[next + q].tail<3>());
+    }
+    next += points_[e]->size();
     const auto add = [&](Effect effect, std::unique_ptr<ceres::CostFunction> cost) {
       EffectReport& report = effects_[static_cast<int>(effect)];
       ++report.residual_blocks;
@@ -434,12 +472,15 @@ void ShellProblem::AddStrainEnergies() {
       costs.push_back(std::move(cost));
     };
     if (effect(Effect::kMembrane).on) {
-      add(Effect::kMembrane,
-          std::make_unique<MembraneEnergy>(points_[e], measure_, scaled_material_, tension_rows));
+      auto cost =
+          std::make_unique<MembraneEnergy>(points_[e], measure_, scaled_material_, tension_rows);
+      cost->SetInitialStrains(std::move(initial[0]));
+      add(Effect::kMembrane, std::move(cost));
     }
     if (effect(Effect::kBending).on) {
-      add(Effect::kBending,
-          std::make_unique<BendingEnergy>(points_[e], measure_, scaled_material_));
+      auto cost = std::make_unique<BendingEnergy>(points_[e], measure_, scaled_material_);
+      cost->SetInitialStrains(std::move(initial[1]));
+      add(Effect::kBending, std::move(cost));
     }
     ceres::CostFunction* block =
         costs.size() == 1 ? costs.front().release() : new StackedCost(std::move(costs));
@@ -519,6 +560,7 @@ void ShellProblem::AddLoads() {
              1);
     }
   }
+  if (const LoadSpec* const gas = FindGas(scene_)) AddGas(*gas, 1e8 / stiffness);
   if (!options_.nonlinear) return;
 
   // Forces that follow the deformation. The origin of the swept volume lies on the mirror planes,
@@ -538,9 +580,7 @@ void ShellProblem::AddLoads() {
   const Eigen::Vector3d origin =
       frame_.center + normal_sum.completeOrthogonalDecomposition().solve(right);
   for (const LoadSpec& load : scene_.loads) {
-    if (load.kind == LoadSpec::Kind::kGas) {
-      AddGas(load, 1e8 / stiffness);
-    } else if (load.kind == LoadSpec::Kind::kPressure && load.follower) {
+    if (load.kind == LoadSpec::Kind::kPressure && load.follower) {
       for (int e = 0; e < surface_->num_elements(); ++e) {
         const auto& rule = surface_->Rule(e, scene_.model.quadrature);
         std::vector<double> pressure;
@@ -599,11 +639,12 @@ void ShellProblem::AddLoads() {
 void ShellProblem::AddGas(const LoadSpec& load, double scale) {
   EffectReport& report = effects_[static_cast<int>(Effect::kGas)];
   report.on = true;
-  report.why = std::string("the scene names a gas load, ") + ToString(load.law);
+  report.why = std::string("the scene names a gas load, ") + ToString(load.law) +
+               (load.prestressed ? ", rest shape pre-stressed" : "");
   const double unit = 1.0 / force_unit_;
   const double largest = (load.ambient_pressure + load.gauge_pressure) * unit;
   std::vector<std::pair<int, const FollowerPressure*>> blocks;
-  gas_ = std::make_unique<GasState>(load, 1.0, 1.0);
+  gas_ = std::make_unique<GasState>(load);
   double volume = 0.0;
   for (int e = 0; e < surface_->num_elements(); ++e) {
     double area = 0.0;
@@ -612,7 +653,8 @@ void ShellProblem::AddGas(const LoadSpec& load, double scale) {
                                       std::vector<double>(points_[e]->size(), unit),
                                       frame_.center,
                                       &gas_->pressure,
-                                      scale * largest * area);
+                                      scale * largest * area,
+                                      !options_.nonlinear);
     Record(Effect::kGas,
            Potential::AddTo(problem_.get(), cost, Blocks(surface_->control_vertices(e))),
            1);
@@ -622,9 +664,65 @@ void ShellProblem::AddGas(const LoadSpec& load, double scale) {
   }
   CHECK_GT(volume, 0.0);        // Closed meshes are wound outwards.
   constexpr double kAir = 1.4;  // diatomic
-  const double gamma = load.law == GasLaw::kAdiabatic ? kAir : 1.0;
-  gas_->law = Gas(load.gauge_pressure, load.ambient_pressure, gamma, volume);
+  const double gamma = load.law == GasLaw::kAdiabatic  ? kAir
+                       : load.law == GasLaw::kIsobaric ? 0
+                                                       : 1;
+  gas_->law = Gas(load.gauge_pressure, load.ambient_pressure, gamma, volume, !options_.nonlinear);
+  gas_->volumes.assign(gas_->blocks.size(), 0.0);
+  if (gamma > 0.0) {
+    AddGasShares(gamma * (load.ambient_pressure + load.gauge_pressure) / volume / force_unit_);
+  }
   CHECK(UpdateGas());
+}
+
+void ShellProblem::AddGasShares(double stiffness) {
+  // What the springs leave behind of a change of pressure. Stiffer ones need fewer passes, but
+  // where Ceres damps, it damps every share.
+  constexpr double kLeft = 1e-4;
+  const int leaves = static_cast<int>(gas_->blocks.size());
+  gas_->shares.assign(2 * leaves - 1, 0.0);
+  const double spring = stiffness / kLeft * static_cast<double>(gas_->shares.size());
+  double area = 0.0;
+  std::vector<Eigen::Vector3d> centers;
+  for (const auto& block : gas_->blocks) {
+    for (const StrainPoint& point : *points_[block.first]) area += point.area;
+    centers.push_back(points_[block.first]->front().position);
+  }
+  // Halved across the longest side of what is left: a factorisation by nested dissection meets
+  // neighbours before it meets their sums.
+  std::vector<int> order(leaves);
+  std::iota(order.begin(), order.end(), 0);
+  int used = 0;
+  const std::function<double*(int, int)> add = [&](int begin, int end) -> double* {
+    double* const share = &gas_->shares[used++];
+    problem_->AddParameterBlock(share, 1);
+    if (end - begin == 1) {
+      const auto& [element, volume] = gas_->blocks[order[begin]];
+      std::vector<double*> parameters = Blocks(surface_->control_vertices(element));
+      parameters.push_back(share);
+      auto* cost = new GasShare(volume, &gas_->volumes[order[begin]], spring, area);
+      Record(Effect::kGas, problem_->AddResidualBlock(cost, nullptr, parameters), 1);
+      return share;
+    }
+    Eigen::AlignedBox3d box;
+    for (int k = begin; k < end; ++k) box.extend(centers[order[k]]);
+    int axis;
+    box.sizes().maxCoeff(&axis);
+    const int middle = (begin + end) / 2;
+    std::nth_element(
+        order.begin() + begin, order.begin() + middle, order.begin() + end, [&](int a, int b) {
+          return centers[a][axis] < centers[b][axis];
+        });
+    double* const left = add(begin, middle);
+    double* const right = add(middle, end);
+    Record(Effect::kGas,
+           problem_->AddResidualBlock(new GasSum(spring, area), nullptr, {left, right, share}),
+           1);
+    return share;
+  };
+  double* const root = add(0, leaves);
+  auto* cost = new GasSpring(&gas_->law, &gas_->change, area, 1.0 / force_unit_);
+  Record(Effect::kGas, problem_->AddResidualBlock(cost, nullptr, {root}), 1);
 }
 
 void ShellProblem::SetGasCharge(double part) {
@@ -638,6 +736,7 @@ bool ShellProblem::UpdateGas() const {
   GasState& gas = *gas_;
   if (gas.at.cols() == displacements_.cols() && gas.at == displacements_) return true;
   gas.at.resize(3, 0);
+  std::fill(gas.shares.begin(), gas.shares.end(), 0.0);
   if (!displacements_.allFinite()) return false;
   const int count = static_cast<int>(gas.blocks.size());
   const int num_threads = ThreadsFor(count, options_.num_threads);
@@ -651,7 +750,8 @@ bool ShellProblem::UpdateGas() const {
       const std::vector<int>& vertices = surface_->control_vertices(gas.blocks[k].first);
       blocks.clear();
       for (const int vertex : vertices) blocks.push_back(displacements_.col(vertex).data());
-      changes[thread] += gas.blocks[k].second->SweptVolume(blocks.data());
+      gas.volumes[k] = gas.blocks[k].second->SweptVolume(blocks.data());
+      changes[thread] += gas.volumes[k];
       const Eigen::Matrix3Xd force = gas.blocks[k].second->ExactForce(blocks.data());
       for (size_t i = 0; i < vertices.size(); ++i) {
         gradients[thread].col(vertices[i]) += force.col(i);
@@ -749,6 +849,8 @@ double ShellProblem::MeanForce(size_t k) const {
 }
 
 void ShellProblem::HoldHere() {
+  if (gas_ != nullptr)
+    gas_->at.resize(3, 0);  // Shares can have moved where displacements have not.
   UpdateGas();
   if (mean_conditions_.empty()) return;
   for (size_t i = 0; i < pins_.size(); ++i) {
@@ -864,8 +966,9 @@ double ShellProblem::StrainEnergyOf(const std::vector<const ceres::CostFunction*
   std::vector<double> energies(num_threads, 0.0);
   ParallelFor(num_threads, count, [&](int thread, int begin, int end) {
     double energy = 0.0;
-    std::vector<double> residuals;
-    std::vector<const double*> blocks;
+    std::vector<double> residuals, at_rest;
+    std::vector<const double*> blocks, rest;
+    const double zero[3] = {};
     for (int e = begin; e < end; ++e) {
       blocks.clear();
       for (const int vertex : surface_->control_vertices(e)) {
@@ -876,7 +979,17 @@ double ShellProblem::StrainEnergyOf(const std::vector<const ceres::CostFunction*
         energy = std::numeric_limits<double>::infinity();
         break;
       }
-      energy += 0.5 * Eigen::Map<Eigen::VectorXd>(residuals.data(), residuals.size()).squaredNorm();
+      const Eigen::Map<Eigen::VectorXd> r(residuals.data(), residuals.size());
+      if (initial_strains_.empty()) {
+        energy += 0.5 * r.squaredNorm();
+        continue;
+      }
+      // Beyond the energy of the initial stress, which is no work of the loads.
+      rest.assign(blocks.size(), zero);
+      at_rest.resize(residuals.size());
+      CHECK(costs[e]->Evaluate(rest.data(), at_rest.data(), nullptr));
+      const Eigen::Map<Eigen::VectorXd> r0(at_rest.data(), at_rest.size());
+      energy += 0.5 * (r - r0).dot(r + r0);
     }
     energies[thread] = energy;
   });
@@ -931,7 +1044,10 @@ Eigen::Matrix3Xd ShellProblem::EvaluateGradient(const std::vector<ceres::Residua
   return force_unit_ * result;
 }
 
-Eigen::Matrix3Xd ShellProblem::Gradient() { return EvaluateGradient(nullptr); }
+Eigen::Matrix3Xd ShellProblem::Gradient() {
+  UpdateGas();
+  return EvaluateGradient(nullptr);
+}
 
 Eigen::Matrix3Xd ShellProblem::Gradient(Effect effect) {
   const bool dead = effect == Effect::kLoads && !options_.nonlinear;

@@ -67,6 +67,12 @@ class ShellProblem {
     bool nonlinear = false;
     bool tension_rows = true;  // nonlinear theory only (costs/membrane_energy.h)
     int num_threads = 1;
+    // Control displacements whose strains, linear in them, are those of the shell's initial stress:
+    // they are there at rest. Empty: none. For gas with rest: prestressed, see solver/gas_start.h.
+    Eigen::Matrix3Xd prestress;
+    // Displacements and multipliers at load factor zero, where fingers find the shell. Empty: rest.
+    Eigen::Matrix3Xd start;
+    std::vector<double> start_multipliers;
   };
 
   // Null and *error for a scene that cannot be solved as stated, e.g. a rigid motion that nothing
@@ -134,9 +140,10 @@ class ShellProblem {
   // The fingers; null where the scene has none.
   Grasp* grasp() { return grasp_.get(); }
   const Grasp* grasp() const { return grasp_.get(); }
-  // The gas shut in by a closed shell: pressure by the enclosed volume, whatever the load factor.
-  // Newton's method has it whole. In problem(), whose blocks are sparse, its pressure is frozen, by
-  // UpdateGas at the present state, so that gradients are exact there.
+  // The gas shut in by a closed shell: pressure by the enclosed volume, whatever the load factor;
+  // in the linear theory to first order in the displacements, on the rest surface. Newton's method
+  // has it whole. problem(), whose blocks are sparse, has it from the state of the last UpdateGas
+  // on, see costs/gas_blocks.h: gradients are exact there.
   bool has_gas() const { return gas_ != nullptr; }
   // Part of the gauge pressure at rest that the amount of gas is for, 0 .. 1; 1 from the start.
   void SetGasCharge(double part);
@@ -202,6 +209,13 @@ class ShellProblem {
   Eigen::Vector3d Displacement(const ElementPoint& point) const;
 
   const std::vector<StrainPoints>& strain_points() const { return points_; }
+  // Membrane and bending strain of the initial stress at each quadrature point, elements in order.
+  // Empty: there is none.
+  const std::vector<Eigen::Matrix<double, 6, 1>>& initial_strains() const {
+    return initial_strains_;
+  }
+  // At any point of an element. Precondition: there is an initial stress.
+  Eigen::Matrix<double, 6, 1> InitialStrain(int element, const StrainPoint& point) const;
 
  private:
   ShellProblem(const Scene& scene,
@@ -210,6 +224,7 @@ class ShellProblem {
                std::unique_ptr<ShellSurface> surface);
 
   void AddGas(const LoadSpec& load, double scale);
+  void AddGasShares(double stiffness);
   bool HoldRigidMotions(std::string* error);
   void ChooseUnknowns();
   void ListUnknowns();
@@ -242,6 +257,7 @@ class ShellProblem {
   RigidFrame frame_;
   std::vector<StrainPoints> points_;  // per element
   int num_quadrature_points_ = 0;
+  std::vector<Eigen::Matrix<double, 6, 1>> initial_strains_;
   std::vector<PlacedCondition> conditions_;
   std::vector<MeanCondition> mean_conditions_;
   std::vector<PlacedCondition> pins_;
@@ -267,16 +283,17 @@ class ShellProblem {
   std::vector<PlacedForce> follower_forces_;                        // both, and those of fingers
   std::unique_ptr<Grasp> grasp_;
   struct GasState {
-    GasState(const LoadSpec& load, double gamma, double volume)
-        : law(load.gauge_pressure, load.ambient_pressure, gamma, volume),
-          gauge(load.gauge_pressure) {}
+    explicit GasState(const LoadSpec& load)
+        : law(load.gauge_pressure, load.ambient_pressure, 1.0, 1.0), gauge(load.gauge_pressure) {}
     Gas law;
     double gauge;
     std::vector<std::pair<int, const FollowerPressure*>> blocks;  // element, block
-    Eigen::Matrix3Xd at;        // displacements that what follows belongs to
-    double change = 0.0;        // of the volume
-    double pressure = 0.0;      // gauge; the blocks read it
-    Eigen::Matrix3Xd gradient;  // of the volume, / force unit
+    Eigen::Matrix3Xd at;          // displacements that what follows belongs to
+    double change = 0.0;          // of the volume
+    double pressure = 0.0;        // gauge; the blocks read it
+    Eigen::Matrix3Xd gradient;    // of the volume, / force unit
+    std::vector<double> volumes;  // change of each block's
+    std::vector<double> shares;   // unknowns of problem(), zero wherever the rest belongs to
   };
   std::unique_ptr<GasState> gas_;
 

@@ -12,6 +12,7 @@
 #include <random>
 #include <sstream>
 
+#include "solver/gas_start.h"
 #include "solver/load_stepping.h"
 #include "solver/minimisation.h"
 #include "solver/parallel_for.h"
@@ -287,23 +288,12 @@ bool FitsIntoMemory(const Scene& scene, std::string* error) {
 
 // What is not there for gas. False and *error where the scene asks for it.
 bool CheckGas(const Scene& scene, std::string* error) {
-  const auto gas = std::find_if(scene.loads.begin(), scene.loads.end(), [](const LoadSpec& load) {
-    return load.kind == LoadSpec::Kind::kGas;
-  });
-  if (gas == scene.loads.end()) return true;
-  const auto fail = [&](const std::string& found, const std::string& allowed) {
-    const SceneLocation& where = gas->location;
-    *error = where.file + ":" + std::to_string(where.line) + ": " + where.key +
-             ": found gas with " + found + "; allowed with gas: " + allowed;
-    return false;
-  };
-  const ModelSpec& model = scene.model;
-  if (model.theory == Theory::kLinear) return fail("theory linear", "auto | nonlinear");
-  if (model.minimizer == Minimizer::kCeres || model.minimizer == Minimizer::kCg) {
-    return fail(std::string("minimizer ") + ToString(model.minimizer), "auto | mip");
-  }
-  if (model.unstable == Unstable::kLeave) return fail("unstable leave", "report");
-  return true;
+  const LoadSpec* const gas = FindGas(scene);
+  if (gas == nullptr || scene.model.minimizer != Minimizer::kCg) return true;
+  const SceneLocation& where = gas->location;
+  *error = where.file + ":" + std::to_string(where.line) + ": " + where.key +
+           ": found gas with minimizer cg; allowed with gas: auto | mip | ceres";
+  return false;
 }
 
 }  // namespace
@@ -425,17 +415,32 @@ bool Solve(const Scene& scene,
     theory = Theory::kNonlinear;
     summary->theory_reason = "the scene has fingers";
   }
-  const auto is_gas = [](const LoadSpec& load) { return load.kind == LoadSpec::Kind::kGas; };
-  if (theory == Theory::kAuto && std::any_of(scene.loads.begin(), scene.loads.end(), is_gas)) {
+  const LoadSpec* const gas = FindGas(scene);
+  if (theory == Theory::kAuto && gas != nullptr) {
     theory = Theory::kNonlinear;
     summary->theory_reason = "the scene has gas";
   }
   const bool linear_contact = theory == Theory::kLinear && !scene.fingers.empty();
-  if ((theory != Theory::kNonlinear && !linear_contact) || (descends && scene.fingers.empty())) {
+  const bool starts_linear = descends && scene.fingers.empty() && gas == nullptr;
+  // With gas the theory is settled here.
+  Eigen::Matrix3Xd prestress;
+  problem_options.nonlinear = theory == Theory::kNonlinear;
+  if (!FindPrestress(scene, problem_options, options.backend, &prestress, error)) return false;
+  problem_options.nonlinear = false;
+  problem_options.prestress = prestress;
+  if ((theory != Theory::kNonlinear && !linear_contact) || starts_linear) {
     *problem = ShellProblem::Create(scene, problem_options, error);
     if (*problem == nullptr) return false;
     summary->setup_s = Since(start);
     ShellProblem* linear = problem->get();
+    Eigen::Matrix3Xd unloaded = Eigen::Matrix3Xd::Zero(3, linear->displacements().cols());
+    if (gas != nullptr && scene.steps > 1) {
+      // The gas is there whatever the load factor.
+      linear->SetLoadFactor(0.0);
+      SolveLinear(linear, options, deadline, &linear_iterations, &equilibrium, &message);
+      unloaded = linear->displacements();
+      linear->SetLoadFactor(1.0);
+    }
     converged = SolveLinear(linear, options, deadline, &linear_iterations, &equilibrium, &message);
     summary->solve_s = Since(start) - summary->setup_s;
     if (theory == Theory::kAuto) {
@@ -450,11 +455,11 @@ bool Solve(const Scene& scene,
       theory = converged && needed ? Theory::kNonlinear : Theory::kLinear;
     }
     if (theory == Theory::kLinear) {
-      // The answer of the linear theory is proportional to the load.
+      // What the loads do in the linear theory is proportional to them.
       const Eigen::Matrix3Xd full = linear->displacements();
       for (int step = 1; step <= scene.steps; ++step) {
         const double factor = static_cast<double>(step) / scene.steps;
-        linear->displacements() = factor * full;
+        linear->displacements() = unloaded + factor * (full - unloaded);
         linear->SetLoadFactor(factor);
         RecordStep(linear,
                    factor,
@@ -495,6 +500,31 @@ bool Solve(const Scene& scene,
 
   const double before = Since(start);
   problem_options.nonlinear = !linear_contact;
+  int inflation_iterations = 0;
+  if (gas != nullptr && !scene.fingers.empty() && !gas->prestressed && gas->gauge_pressure != 0.0) {
+    // Fingers find the shell as the gas has inflated it.
+    LoadStepping::Result inflated;
+    *problem = InflateBare(
+        scene, problem_options, options, deadline, &summary->decisions, &inflated, error);
+    if (*problem == nullptr) return false;
+    if (!inflated.converged) {
+      RecordStep(problem->get(),
+                 0.0,
+                 inflated.iterations,
+                 false,
+                 inflated.equilibrium.relative_gradient,
+                 options,
+                 start,
+                 summary);
+      summary->solve_s = Since(start) - summary->setup_s;
+      terminate(false, inflated.message);
+      Finish(problem->get(), options, inflated.equilibrium, summary);
+      return true;
+    }
+    inflation_iterations = inflated.iterations;
+    problem_options.start = (*problem)->displacements();
+    problem_options.start_multipliers = (*problem)->multipliers();
+  }
   *problem = ShellProblem::Create(scene, problem_options, error);
   if (*problem == nullptr) return false;
   ShellProblem* nonlinear = problem->get();
@@ -555,7 +585,7 @@ bool Solve(const Scene& scene,
       message = result.message;
       RecordStep(nonlinear,
                  nonlinear->load_factor(),
-                 result.iterations + (step == 1 ? linear_iterations : 0),
+                 result.iterations + (step == 1 ? linear_iterations + inflation_iterations : 0),
                  converged,
                  equilibrium.relative_gradient,
                  options,

@@ -309,6 +309,14 @@ void TangentStiffness::AddBlock(int slot,
   }
 }
 
+TangentStiffness::Stress TangentStiffness::InitialStress(const StrainPoint& point,
+                                                         int index) const {
+  Stress stress = point.area * problem_.initial_strains()[index];
+  stress.head<3>() = membrane_ * stress.head<3>();
+  stress.tail<3>() = bending_ * stress.tail<3>();
+  return stress;
+}
+
 template <int C>
 bool TangentStiffness::EvaluateElements(int begin, int end, const Request& request, int thread) {
   constexpr int kInputs = kVectors * C;
@@ -343,6 +351,11 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
       stress.head<3>() = point.area * (membrane_ * strain.strain.head<3>());
       stress.tail<3>() = point.area * (bending_ * strain.strain.tail<3>());
       work.energy += 0.5 * stress.dot(strain.strain);
+      if (!problem_.initial_strains().empty()) {
+        const Stress initial = InitialStress(point, index);
+        stress += initial;
+        work.energy += initial.dot(strain.strain);
+      }
       if (request.stresses != nullptr) (*request.stresses)[index] = stress;
       if (request.gradient == nullptr && !request.matrix) continue;
       Eigen::Matrix<double, 6, kInputs> b_matrix;
@@ -426,7 +439,8 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
       }
       if constexpr (C == 3) {
         const double pressure = request.stress_factor * problem_.gas_pressure() * point.area;
-        if (pressure != 0.0) AddPressureStiffness(point, k, pressure, n, full.data());
+        if (pressure != 0.0 && problem_.nonlinear())
+          AddPressureStiffness(point, k, pressure, n, full.data());
       }
       for (int c = 0; c < kVectors; ++c) {
         for (int d = 0; d < kVectors; ++d) {
@@ -672,6 +686,9 @@ void TangentStiffness::LinearisedStresses(const Eigen::VectorXd& step,
         Stress& stress = (*stresses)[point_begin_[e] + q];
         stress.head<3>() = point.area * (membrane_ * extrapolated.head<3>());
         stress.tail<3>() = point.area * (bending_ * extrapolated.tail<3>());
+        if (!problem_.initial_strains().empty()) {
+          stress += InitialStress(point, point_begin_[e] + static_cast<int>(q));
+        }
       }
     }
   });

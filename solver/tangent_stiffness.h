@@ -98,6 +98,8 @@ class TangentStiffness {
  private:
   template <int kComponents>
   bool EvaluateElements(int begin, int end, const Request& request, int thread);
+  // Of the initial strains. Precondition: there are some.
+  Stress InitialStress(const StrainPoint& point, int index) const;
   void BuildPattern(SparseBackend backend);
   // Adds the matrix of a spring to values.
   void AddSpring(const std::vector<int>& vertices,

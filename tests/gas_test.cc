@@ -39,6 +39,24 @@ TEST_P(GasLawTest, DerivativesMatchDifferences) {
   }
 }
 
+TEST_P(GasLawTest, DivergenceIsWhatTheEnergyHasBeyondItsTangent) {
+  const double rest = 0.7;
+  for (const bool linear : {false, true}) {
+    const Gas gas(8000.0, 101325.0, GetParam(), rest, linear);
+    for (const double at : {-0.2, 0.0, 0.4}) {
+      for (const double more : {-0.3, -0.08, 0.05, 0.13, 2.0}) {
+        const double expected =
+            gas.Energy(at + more) - gas.Energy(at) + gas.GaugePressure(at) * more;
+        EXPECT_NEAR(gas.Divergence(at, more) / expected, 1.0, 1e-11);
+        const double slope = gas.GaugePressure(at) - gas.GaugePressure(at + more);
+        EXPECT_NEAR(gas.DivergenceSlope(at, more) / slope, 1.0, 1e-12);
+      }
+      const double tiny = 1e-9, stiffness = -gas.PressureDerivative(at);
+      EXPECT_NEAR(gas.Divergence(at, tiny) / (0.5 * stiffness * tiny * tiny), 1.0, 1e-8);
+    }
+  }
+}
+
 TEST_P(GasLawTest, SmallChangesLoseNoDigits) {
   const double gamma = GetParam();
   const Gas gas(0.0, 1.0, gamma, 1.0);
@@ -218,7 +236,7 @@ TEST(GasTest, IsRefusedWhereItHasNoMeaning) {
   for (const Case& c :
        {Case{open, "test.yaml:5: loads[0].kind: found gas in a surface of kind plane"},
         Case{Ball(2, -0.2, 0.1, "}\n"), "loads[0].gauge_pressure"},
-        Case{Ball(2, 0.2, 0.1, ", rest: prestressed}\n"), "not part of this version"},
+        Case{Ball(2, 0.2, 0.1, ", rest: deflated}\n"), "loads[0].rest"},
         Case{Ball(2, 0.2, 0.1, ", law: isobaric}\n"), "loads[0].law"},
         Case{Ball(2, 0.2, 0.1, "}\n  - {kind: gas, gauge_pressure: 1, ambient_pressure: 1}\n"),
              "loads[1].kind: found gas a second time"}}) {
@@ -227,15 +245,104 @@ TEST(GasTest, IsRefusedWhereItHasNoMeaning) {
     EXPECT_FALSE(ParseScene(c.text, "test.yaml", &scene, &error));
     EXPECT_NE(error.find(c.message), std::string::npos) << error;
   }
-  for (const char* model : {"theory: linear", "minimizer: ceres", "minimizer: cg"}) {
-    const Scene scene =
-        SceneFromText(Ball(2, 0.01, 0.1, std::string("}\nmodel: {") + model + "}\n"));
-    std::unique_ptr<ShellProblem> problem;
-    SolverSummary summary;
-    std::string error;
-    EXPECT_FALSE(Solve(scene, SolverOptions(), &problem, &summary, &error));
-    EXPECT_NE(error.find("loads[0]: found gas with"), std::string::npos) << error;
+  const Scene scene = SceneFromText(Ball(2, 0.01, 0.1, "}\nmodel: {minimizer: cg}\n"));
+  std::unique_ptr<ShellProblem> problem;
+  SolverSummary summary;
+  std::string error;
+  EXPECT_FALSE(Solve(scene, SolverOptions(), &problem, &summary, &error));
+  EXPECT_NE(error.find("loads[0]: found gas with minimizer cg"), std::string::npos) << error;
+}
+
+// Held without reactions, pressed by P_2 dead tractions.
+std::string Held(double gauge, const std::string& model) {
+  return Ball(4,
+              gauge,
+              0.101325,
+              "}\n  - {kind: normal_traction, value: \"0.003*(1.5*z^2/31.25^2-0.5)\"}\n"
+              "supports:\n  - {on: {near: [0, 0, 31.25], radius: 0}, fix: [x, y, z]}\n"
+              "  - {on: {near: [0, 0, -31.25], radius: 0}, fix: [x, y]}\n"
+              "  - {on: {near: [31.25, 0, 0], radius: 0}, fix: [y]}\n"
+              "probes:\n  - {name: pole, at: {nearest: [0, 0, -31.25]}}\nmodel: {" +
+                  model + "}\n",
+              1.0,
+              1.0,
+              0.3);
+}
+
+TEST(GasTest, CeresFindsTheEnergyThatNewtonsMethodFinds) {
+  for (const char* theory : {"theory: linear", "theory: nonlinear"}) {
+    const std::string model = theory;
+    const Solution mip = SolveScene(SceneFromText(Held(0.02, model + ", minimizer: mip")));
+    const Solution ceres = SolveScene(SceneFromText(Held(0.02, model + ", minimizer: ceres")));
+    const double energy = mip.summary.energy_total;
+    std::printf("  %s: energy %.9e, Ceres differs by %.1e, %d iterations instead of %d\n",
+                theory,
+                energy,
+                std::abs(ceres.summary.energy_total / energy - 1.0),
+                ceres.summary.iterations,
+                mip.summary.iterations);
+    EXPECT_NEAR(ceres.summary.energy_total / energy, 1.0, 1e-8);
+    EXPECT_NEAR(ceres.Probe().z() / mip.Probe().z(), 1.0, 1e-6);
+    EXPECT_NEAR(ceres.summary.steps.back().gas->gauge_pressure /
+                    mip.summary.steps.back().gas->gauge_pressure,
+                1.0,
+                1e-6);
+    EXPECT_LE(ceres.summary.gradient_norm, 1e-7);
   }
+}
+
+TEST(GasTest, LinearTheoryHasTheGasToFirstOrder) {
+  // w = p R^2 (1 - nu) / (2 E h), p = P - (A + P) 3 w / R
+  const Solution solution =
+      SolveScene(SceneFromText(Ball(6, 0.02, 0.101325, "}\nmodel: {theory: linear}\n")));
+  const GasReport& gas = *solution.summary.steps.back().gas;
+  const double compliance = 31.25 * 0.5 / (2.0 * 2.5);  // w / (R p)
+  const double growth = compliance * 0.02 / (1.0 + 3.0 * compliance * 0.121325);
+  EXPECT_NEAR(gas.volume_ratio, 1.0 + 3.0 * growth, 2e-3 * growth);
+  EXPECT_NEAR(gas.gauge_pressure, 0.02 - 0.121325 * (gas.volume_ratio - 1.0), 1e-12);
+  // The gas is there before the loads: displacements are those of the gas and a part of the rest.
+  std::string steps = Held(0.02, "theory: linear") + "steps: 2\n";
+  const Solution two = SolveScene(SceneFromText(steps));
+  const Solution none = SolveScene(
+      SceneFromText(Ball(4, 0.02, 0.101325, "}\nmodel: {theory: linear}\n", 1.0, 1.0, 0.3)));
+  const double w = none.summary.max_displacement, half = two.summary.steps[0].max_displacement;
+  EXPECT_NEAR(
+      two.summary.steps[0].gas->volume_ratio, none.summary.steps[0].gas->volume_ratio, 1e-3);
+  EXPECT_GT(half, 1.5 * w);  // the pole that is not held
+}
+
+TEST(GasTest, FingersTouchTheInflatedShell) {
+  const auto scene = [](double travel, const char* shape, const char* theory) {
+    std::string fingers;
+    for (const int side : {1, -1}) {
+      fingers += std::string("  - {name: ") + (side > 0 ? "top" : "bottom") + ", shape: " + shape +
+                 ", position: [0, 0, " + std::to_string(60 * side) + "], direction: [0, 0, " +
+                 std::to_string(-side) + "], motion: {travel: " + std::to_string(travel) + "}}\n";
+    }
+    return SceneFromText(Ball(5,
+                              0.02,
+                              0.101325,
+                              std::string("}\nmodel: {theory: ") + theory + "}\nfingers:\n" +
+                                  fingers +
+                                  "probes:\n  - {name: pole, at: {nearest: [0, 0, 31.25]}}\n"));
+  };
+  for (const char* theory : {"nonlinear", "linear"}) {
+    const Solution zero = SolveScene(scene(0.0, "{kind: sphere, radius: 10}", theory));
+    for (const FingerReport& finger : zero.summary.steps.back().fingers) {
+      // 60 minus the finger, the shell and half its thickness.
+      const double pole = zero.summary.probes[0].position.z() + zero.Probe().z();
+      EXPECT_NEAR(finger.shift, 60.0 - 10.0 - 1.25 - pole, 1e-4);
+      EXPECT_EQ(finger.normal_force, 0.0);
+    }
+    EXPECT_GT(zero.Probe().z(), 0.5);
+  }
+  const Solution bare = SolveScene(SceneFromText(Ball(4, 0.02, 0.101325, "}\n")));
+  const Solution squeezed = SolveScene(scene(1.5, "{kind: sphere, radius: 10}", "nonlinear"));
+  const LoadStep& state = squeezed.summary.steps.back();
+  EXPECT_NEAR(squeezed.Probe().z(), bare.summary.max_displacement - 1.5, 0.04);
+  EXPECT_GT(state.fingers[0].normal_force, 0.1);
+  EXPECT_NEAR(state.fingers[0].normal_force / state.fingers[1].normal_force, 1.0, 1e-4);
+  EXPECT_LT(state.gas->volume_ratio, bare.summary.steps.back().gas->volume_ratio);
 }
 
 }  // namespace
