@@ -81,8 +81,11 @@ void MixedIteration::SettleSupports() {
 bool MixedIteration::FactorizePositive() {
   if (!analysed_) cholesky_->Analyze(tangent_.matrix());
   analysed_ = true;
-  if (problem_->has_gas()) {
-    cholesky_->SetUpdate(tangent_.update_vectors(), tangent_.update_weights());
+  const size_t num_means = problem_->mean_conditions().size();
+  if (problem_->has_gas() || num_means > 0) {
+    Eigen::VectorXd weights = tangent_.update_weights();
+    weights.segment(problem_->pins().size(), num_means) *= mean_part_;
+    cholesky_->SetUpdate(tangent_.update_vectors(), weights);
   }
   return cholesky_->Factorize(tangent_.matrix());
 }
@@ -208,10 +211,7 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       // but a motion that nothing resists at all needs more, or rounding decides.
       for (const double least : {1e-8, 1e-3}) {
         if (factorised) break;
-        Eigen::VectorXd weights = tangent_.update_weights();
-        weights.tail(problem_->mean_conditions().size()) *=
-            std::clamp(summary.relative_gradient, least, 1.0);
-        cholesky_->SetUpdate(tangent_.update_vectors(), weights);
+        mean_part_ = std::clamp(summary.relative_gradient, least, 1.0);
         factorised = FactorizePositive();
       }
     } else {

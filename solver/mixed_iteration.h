@@ -100,6 +100,7 @@ class MixedIteration {
   std::unique_ptr<UpdatedCholesky> cholesky_;
   TangentStiffness::StressField stresses_;
   bool analysed_ = false;
+  double mean_part_ = 1.0;  // of the weights of the mean conditions
 };
 
 }  // namespace darboux
