@@ -12,7 +12,8 @@
 namespace darboux {
 
 // A Newton step between fingers that push and do not pull. With c_q the derivative of contact's
-// residual r_q (costs/finger_contact.h) at point q, less its sign, the quadratic model of the energy
+// residual r_q (costs/finger_contact.h) at point q, less its sign, the quadratic model of the
+// energy
 //
 //   g.s + 1/2 s^T K s,   K with c c^T of the points that are in contact,
 //
@@ -37,8 +38,8 @@ class UnilateralStep {
   // *step: of K; becomes that of the model above. Returns the number of points that changed.
   int Correct(Eigen::VectorXd* step);
 
-  // Normal forces, by the index of their point in the grasp's state, that the model above has at the
-  // end of its step, and the normals they act along.
+  // Normal forces, by the index of their point in the grasp's state, that the model above has at
+  // the end of its step, and the normals they act along.
   std::vector<Grasp::NormalForce> Forces(const Eigen::VectorXd& step) const;
 
   // Solves with K as the points of the corrected step have it.
