@@ -29,7 +29,9 @@ FingerContact::FingerContact(std::shared_ptr<const ContactPoints> points,
 }
 
 template <typename OnPoint>
-bool FingerContact::ForEachPoint(double const* const* parameters, OnPoint on_point) const {
+bool FingerContact::ForEachPoint(double const* const* parameters,
+                                 OnPoint on_point,
+                                 double reach) const {
   const FingerPose pose = finger_->PoseAt(Travel(parameters));
   const Ball ball = pose.Bounds(*finger_->shape);
   for (int q = 0; q < points_->size(); ++q) {
@@ -38,7 +40,7 @@ bool FingerContact::ForEachPoint(double const* const* parameters, OnPoint on_poi
     // Most points are far away; a mesh's distance is not for them.
     contact.gap = (x - ball.center).norm() - ball.radius - finger_->offset;
     contact.pressure = Multiplier(q) - finger_->stiffness * contact.gap;
-    if (contact.pressure > 0.0) {
+    if (contact.pressure > 0.0 || contact.gap < reach) {
       const bool has_normal = pose.Evaluate(*finger_->shape, x, &contact.distance);
       contact.gap = contact.distance.value - finger_->offset;
       contact.pressure = Multiplier(q) - finger_->stiffness * contact.gap;
@@ -111,16 +113,18 @@ bool FingerContact::LineariseTravel(double const* const* parameters,
 }
 
 bool FingerContact::States(double const* const* parameters,
-                           std::vector<ContactState>* states) const {
+                           std::vector<ContactState>* states,
+                           double reach) const {
   states->assign(points_->size(), ContactState());
-  return ForEachPoint(parameters, [&](int q, const Vector3d& x, const Contact& contact) {
+  const auto set = [&](int q, const Vector3d& x, const Contact& contact) {
     ContactState& state = (*states)[q];
     state.position = x;
     state.normal = contact.distance.normal;
     state.gap = contact.gap;
     state.pressure = contact.pressure;
     state.force_on_finger = -contact.pressure * points_->areas[q] * contact.distance.normal;
-  });
+  };
+  return ForEachPoint(parameters, set, reach);
 }
 
 bool FingerContact::Energy(double const* const* parameters, double* energy) const {

@@ -101,8 +101,11 @@ class FingerContact : public ceres::CostFunction, public FollowerForce {
   // By the travel; also where it is no parameter, as the derivatives by a prescribed motion.
   bool LineariseTravel(double const* const* parameters, TravelDerivatives* by_travel) const;
 
-  // One per point. Points out of the finger's reach keep normal 0, and as gap a lower bound.
-  bool States(double const* const* parameters, std::vector<ContactState>* states) const;
+  // One per point. Points that are neither in contact nor nearer than `reach` keep normal 0, and as
+  // gap a lower bound.
+  bool States(double const* const* parameters,
+              std::vector<ContactState>* states,
+              double reach = 0.0) const;
 
   // U with its constant term: 0 apart if lambda is 0; has the derivatives of 1/2 |r|^2.
   bool Energy(double const* const* parameters, double* energy) const;
@@ -122,7 +125,7 @@ class FingerContact : public ceres::CostFunction, public FollowerForce {
   double Multiplier(int q) const { return multipliers_ == nullptr ? 0.0 : multipliers_[q]; }
   // Calls on_point(q, x, contact) for all points.
   template <typename OnPoint>
-  bool ForEachPoint(double const* const* parameters, OnPoint on_point) const;
+  bool ForEachPoint(double const* const* parameters, OnPoint on_point, double reach = 0.0) const;
 
   std::shared_ptr<const ContactPoints> points_;
   const ContactFinger* finger_;

@@ -165,7 +165,9 @@ std::vector<FrictionState> Friction::States(double const* const* parameters) con
     states[q].slip = slip.vector;
     states[q].force_on_finger =
         finger_->friction * slip.normal_force * slip.slope_over_length * slip.vector;
-    states[q].sticks = slip.length < finger_->stick_length;
+    // Anchors follow a sliding point at the distance itself.
+    constexpr double kSlides = 1.0 - 1e-6;
+    states[q].sticks = slip.length < kSlides * finger_->stick_length;
   }
   return states;
 }

@@ -24,7 +24,7 @@ struct FrictionPoint {
 struct FrictionState {
   Eigen::Vector3d slip = Eigen::Vector3d::Zero();             // of the shell along the finger
   Eigen::Vector3d force_on_finger = Eigen::Vector3d::Zero();  // N, along the slip
-  bool sticks = true;                                         // |slip| < stick_length
+  bool sticks = true;                                         // |slip| < stick_length, but for 1e-6
 };
 
 // Coulomb friction between the points of one element and one finger, as the potential

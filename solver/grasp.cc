@@ -584,6 +584,37 @@ void Grasp::LagFriction() {
   }
 }
 
+std::vector<bool> Grasp::WithoutNormalForces() const {
+  std::vector<bool> without(fingers_.size());
+  for (size_t f = 0; f < fingers_.size(); ++f) without[f] = fingers_[f].contact.friction > 0.0;
+  for (const Block& block : blocks_) {
+    for (int q = 0; q < block.contact->points().size(); ++q) {
+      if (state_.friction[block.first + q].normal_force > 0.0) without[block.finger] = false;
+    }
+  }
+  return without;
+}
+
+bool Grasp::BeginFriction(const std::vector<NormalForce>& forces) {
+  const std::vector<bool> without = WithoutNormalForces();
+  bool begun = false;
+  for (const NormalForce& force : forces) {
+    const auto after = std::upper_bound(
+        blocks_.begin(), blocks_.end(), force.point, [](int point, const Block& block) {
+          return point < block.first;
+        });
+    if (!without[std::prev(after)->finger]) continue;
+    state_.friction[force.point].normal_force = force.force;
+    state_.friction[force.point].normal = force.normal;
+    begun = true;
+  }
+  return begun;
+}
+
+void Grasp::SetStickFactor(double factor) {
+  for (Finger& finger : fingers_) finger.contact.stick_length = factor * kStick * thickness_;
+}
+
 void Grasp::Advance() {
   for (const Block& block : blocks_) {
     if (block.friction == nullptr) continue;
@@ -617,6 +648,30 @@ std::string Grasp::Fault() const {
     }
   }
   return "";
+}
+
+std::vector<Grasp::ContactRow> Grasp::ContactRows(double reach) const {
+  std::vector<ContactRow> rows;
+  std::vector<ContactState> states;
+  for (const Block& block : blocks_) {
+    if (block.contact->with_travel()) continue;
+    const ContactPoints& points = block.contact->points();
+    const double stiffness = block.contact->finger().stiffness;
+    if (!block.contact->States(Parameters(block).data(), &states, reach)) continue;
+    for (int q = 0; q < points.size(); ++q) {
+      const ContactState& state = states[q];
+      if (state.normal.isZero(0.0)) continue;
+      const double pressure = state_.multipliers[block.first + q] - stiffness * state.gap;
+      const double scale = std::sqrt(stiffness * points.areas[q]);
+      rows.push_back({&surface_->control_vertices(block.element),
+                      scale * state.normal * points.weights.row(q),
+                      std::sqrt(points.areas[q] / stiffness) * pressure,
+                      block.first + q,
+                      scale,
+                      state.normal});
+    }
+  }
+  return rows;
 }
 
 double Grasp::Energy() const {

@@ -131,6 +131,17 @@ class Grasp {
   void Settle();
   // Friction <- present normal forces, whatever they are.
   void LagFriction();
+  // A normal force at a point of the state.
+  struct NormalForce {
+    int point = 0;
+    double force = 0.0;
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  };
+  // Friction <- these normal forces, at fingers whose friction has none yet. Whether there are
+  // such.
+  bool BeginFriction(const std::vector<NormalForce>& forces);
+  // The slip that counts as sticking is this many times what it is in the end.
+  void SetStickFactor(double factor);
   // After a load step: anchors of friction.
   void Advance();
   // The largest penetration, in units of length.
@@ -138,6 +149,19 @@ class Grasp {
   // Empty, or why the present state is none that fingers can have brought about: a finger that has
   // travelled without any contact, or that has come through the shell.
   std::string Fault() const;
+
+  // Contact's residuals r near the present state, linear in the displacements: r - c.du, of the
+  // points in contact (r > 0) and of those nearer to a finger than `reach`. Not of fingers whose
+  // travel is unknown: r depends on it.
+  struct ContactRow {
+    const std::vector<int>* vertices = nullptr;
+    Eigen::Matrix3Xd coefficients;  // c, a column per vertex
+    double residual = 0.0;
+    int point = 0;       // in the state
+    double scale = 0.0;  // normal force / r
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  };
+  std::vector<ContactRow> ContactRows(double reach) const;
 
   double Energy() const;
   Eigen::Matrix3Xd Force() const;  // on the control vertices
@@ -181,6 +205,8 @@ class Grasp {
     std::shared_ptr<const ContactPoints> points;
   };
   void AddPatches(const ShellSurface& surface, int finger, std::vector<Patch>* patches) const;
+  // Per finger: has friction, but no normal force for it yet.
+  std::vector<bool> WithoutNormalForces() const;
 
   std::vector<FingerSpec> specs_;
   const ShellSurface* surface_ = nullptr;

@@ -18,6 +18,14 @@ namespace {
 constexpr double kMaxRotation = 1.0;
 constexpr double kMaxBend = 0.75;
 
+// Sticking is as sharp as it should be again, however a solve ends.
+struct StickGuard {
+  Grasp* grasp;
+  ~StickGuard() {
+    if (grasp != nullptr) grasp->SetStickFactor(1.0);
+  }
+};
+
 }  // namespace
 
 MixedIteration::MixedIteration(ShellProblem* problem, SparseBackend backend, int num_threads)
@@ -147,10 +155,11 @@ MixedIteration::Summary MixedIteration::Inflate(const Options& options) {
   return summary;
 }
 
-bool MixedIteration::Bend(double rotation, Eigen::VectorXd* step) {
+bool MixedIteration::Bend(double rotation, const UnilateralStep* contact, Eigen::VectorXd* step) {
   Eigen::VectorXd defect;
   if (!tangent_.StrainDefect(*step, &defect)) return false;
-  const Eigen::VectorXd bend = cholesky_->Solve(-defect);
+  const Eigen::VectorXd bend =
+      contact != nullptr ? contact->Solve(-defect) : cholesky_->Solve(-defect);
   const double size = tangent_.LargestRotation(bend);
   if (!std::isfinite(size)) return false;
   // The bend grows with the square of the step.
@@ -171,8 +180,14 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
   constexpr int kMaxHalvings = 10;
   int halvings = 0;
   int lagged = 0;
-  double previous = std::numeric_limits<double>::infinity();
   Grasp* const grasp = problem_->grasp();
+  // Slip that counts as sticking, relative to what it is in the end. From the first touch on it
+  // starts as large as this: friction that is nearly a step of the slip throws a shell that nothing
+  // else holds from one side to the other.
+  constexpr double kEasiestStick = 100.0;
+  double stick = 1.0;
+  const StickGuard guard{grasp};
+  double previous = std::numeric_limits<double>::infinity();
   while (true) {
     std::string error = "the strains are undefined";
     if ((grasp != nullptr && !grasp->Close(&error)) || !tangent_.Evaluate(first)) {
@@ -191,9 +206,22 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       summary.message = "the iteration diverged";
       return summary;
     }
+    if (stick > 1.0) {
+      // Sharper as equilibrium comes nearer, but not at once.
+      constexpr double kSharper = 0.25;
+      stick = std::clamp(
+          kEasiestStick * summary.relative_gradient, std::max(1.0, kSharper * stick), stick);
+      grasp->SetStickFactor(stick);
+      if (!tangent_.Evaluate(first)) {
+        summary.message = "the strains are undefined";
+        return summary;
+      }
+      summary.relative_gradient = RelativeGradient(gradient);
+    }
     const double before = previous;
     previous = summary.relative_gradient;
-    if (IsBalanced(gradient, summary.relative_gradient, before, options.gradient_tolerance)) {
+    if (stick == 1.0 &&
+        IsBalanced(gradient, summary.relative_gradient, before, options.gradient_tolerance)) {
       summary.converged = true;
       return summary;
     }
@@ -217,7 +245,7 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
     if (grasp != nullptr && !problem_->mean_conditions().empty()) {
       // What bounds the steps of a shell that fingers do not hold yet must not slow down the last;
       // but a motion that nothing resists at all needs more, or rounding decides.
-      for (const double least : {1e-8, 1e-3}) {
+      for (const double least : {1e-8, 1e-3, 1.0}) {
         if (factorised) break;
         part_of_means = std::clamp(summary.relative_gradient, least, 1.0);
         factorised = FactorizePositive(part_of_means);
@@ -238,6 +266,20 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       return summary;
     }
     step = cholesky_->Solve(-gradient);
+    std::unique_ptr<UnilateralStep> contact;
+    if (grasp != nullptr) {
+      // Farther away the fingers are not what their tangent planes are.
+      const double reach = std::min(tangent_.Expand(step).colwise().norm().maxCoeff(),
+                                    problem_->material().thickness);
+      contact = std::make_unique<UnilateralStep>(*grasp, tangent_, cholesky_.get(), reach);
+      contact->Correct(&step);
+      // Friction begins with the normal forces of this step, which is not taken: it slides, while
+      // what a finger touches sticks until the forces there say otherwise.
+      if (summary.iterations == 1 && grasp->BeginFriction(contact->Forces(step))) {
+        stick = kEasiestStick;
+        continue;
+      }
+    }
     tangent_.LinearisedStresses(step, &stresses_);
     if (grasp != nullptr && grasp->has_unknown_travels()) {
       const double part = grasp->SafePart(tangent_.TravelChanges(step));
@@ -254,14 +296,13 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       rotation = kMaxRotation;
       ++summary.limited;
     }
-    if (problem_->nonlinear() && Bend(rotation, &step)) ++summary.limited;
+    if (problem_->nonlinear() && Bend(rotation, contact.get(), &step)) ++summary.limited;
     problem_->displacements() += tangent_.Expand(step);
     SettleSupports();
-    // What is held by friction alone needs it as soon as contact forces mean something; after a few
-    // times it stays as it is, or the iteration would have no fixed aim.
-    constexpr double kMeaningful = 0.3;
+    // What is held by friction alone needs it in every iteration; after a few times it stays as it
+    // is, or the iteration would have no fixed aim.
     constexpr int kTimes = 10;
-    if (grasp != nullptr && summary.relative_gradient < kMeaningful && lagged < kTimes) {
+    if (grasp != nullptr && lagged < kTimes) {
       grasp->LagFriction();
       ++lagged;
     }

@@ -8,6 +8,7 @@
 #include "solver/shell_problem.h"
 #include "solver/sparse_cholesky.h"
 #include "solver/tangent_stiffness.h"
+#include "solver/unilateral_step.h"
 
 namespace darboux {
 
@@ -96,9 +97,9 @@ class MixedIteration {
   double RelativeGradient(const Eigen::VectorXd& gradient) const;
 
  private:
-  // Adds its second order to a step that turns the surface by `rotation`, with the last factor.
-  // True where the step had to be cut.
-  bool Bend(double rotation, Eigen::VectorXd* step);
+  // Adds its second order to a step that turns the surface by `rotation`, with the last factor, and
+  // fingers as they are in *contact, unless that is null. True where the step had to be cut.
+  bool Bend(double rotation, const UnilateralStep* contact, Eigen::VectorXd* step);
 
   ShellProblem* problem_;
   TangentStiffness tangent_;

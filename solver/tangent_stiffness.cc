@@ -784,4 +784,15 @@ Eigen::VectorXd TangentStiffness::Reduce(const Eigen::Matrix3Xd& covector) const
   return result;
 }
 
+Eigen::VectorXd TangentStiffness::Reduce(const std::vector<int>& vertices,
+                                         const Eigen::Matrix3Xd& covector) const {
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(num_unknowns());
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    const int block = block_of_vertex_[vertices[i]];
+    if (block < 0) continue;
+    result.segment(components_ * block, components_) += basis_.transpose() * covector.col(i);
+  }
+  return result;
+}
+
 }  // namespace darboux

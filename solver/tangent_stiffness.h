@@ -94,6 +94,8 @@ class TangentStiffness {
   // Unknowns <-> control displacements, a column per control vertex.
   Eigen::Matrix3Xd Expand(const Eigen::VectorXd& x) const;
   Eigen::VectorXd Reduce(const Eigen::Matrix3Xd& covector) const;
+  // The same of a covector that has columns for these control vertices alone.
+  Eigen::VectorXd Reduce(const std::vector<int>& vertices, const Eigen::Matrix3Xd& covector) const;
 
  private:
   template <int kComponents>

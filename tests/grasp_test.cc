@@ -8,6 +8,7 @@
 #include <cmath>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "tests/solve_util.h"
 
@@ -104,6 +105,72 @@ TEST(GraspTest, FlattenedBallFollowsThePublishedForce) {
     const double force = 0.02 * top.normal_force / (2.2e9 * std::pow(0.0004, 3));
     EXPECT_NEAR(force, expected[i], 0.05 * expected[i]) << i;
     EXPECT_LE(top.penetration, 1e-3 * 0.0004);
+  }
+}
+
+// A ball on a rough floor, a fingertip on it; nothing else holds it.
+Scene BallOnFloor(const std::string& gas) {
+  return SceneFromText(
+      "name: ball\nsurface: {kind: icosphere, radius: 31.25, frequency: 4}\n"
+      "shell: {thickness: 2.5, young_modulus: 1, poisson_ratio: 0.5}\n" +
+      gas +
+      "fingers:\n"
+      "  - {name: top, shape: {kind: sphere, radius: 4}, position: [0, 0, 45], "
+      "direction: [0, 0, -1], motion: {travel: 2}, friction: 0.5}\n"
+      "  - {name: floor, shape: {kind: plane}, position: [0, 0, -45], direction: [0, 0, 1], "
+      "motion: {travel: 0}, friction: 0.5}\n");
+}
+
+TEST(GraspTest, FrictionHoldsABallEmptyOrFull) {
+  double empty = 0.0;
+  for (const char* gas :
+       {"", "loads:\n  - {kind: gas, gauge_pressure: 0, ambient_pressure: 0.101325}\n"}) {
+    const Solution solution = SolveScene(BallOnFloor(gas));
+    const FingerReport& top = Top(solution);
+    const FingerReport& floor = solution.summary.steps.back().fingers.at(1);
+    EXPECT_GT(top.sticking, 0);
+    EXPECT_EQ(top.sticking + top.slipping, top.contact_points);
+    EXPECT_GT(floor.sticking, 0);
+    EXPECT_LE(solution.summary.force_balance, 1e-6);
+    EXPECT_LE((top.force + floor.force).norm(), 1e-5 * top.force.norm());
+    EXPECT_LE(top.penetration, 5e-4 * 2.5);
+    EXPECT_LE(solution.summary.iterations, 100);
+    EXPECT_GT(top.normal_force, empty);
+    empty = top.normal_force;
+  }
+}
+
+TEST(GraspTest, SlidingFollowsCoulombsLaw) {
+  // Pressed beside the pole: the contact's normal is 0.28 off the direction of travel.
+  const double friction = 0.05;
+  const Solution solution = SolveScene(SceneFromText(
+      "name: ball\nsurface: {kind: icosphere, radius: 31.25, frequency: 4}\n"
+      "shell: {thickness: 2.5, young_modulus: 1, poisson_ratio: 0.5}\n"
+      "supports:\n  - {on: {near: [0, 0, -31.25], radius: 12}, fix: [x, y, z]}\n"
+      "fingers:\n  - {name: top, shape: {kind: sphere, radius: 4}, position: [10, 0, 45], "
+      "direction: [0, 0, -1], motion: {travel: 0.7}, friction: 0.05}\n"));
+  EXPECT_GT(Top(solution).slipping, 0);
+  const Eigen::Matrix3Xd& displacements = solution.problem->displacements();
+  for (const Grasp::Block& block : solution.problem->grasp()->blocks()) {
+    std::vector<const double*> parameters;
+    for (const int vertex : solution.problem->surface().control_vertices(block.element)) {
+      parameters.push_back(displacements.col(vertex).data());
+    }
+    std::vector<ContactState> contact;
+    ASSERT_TRUE(block.contact->States(parameters.data(), &contact));
+    const std::vector<FrictionState> states = block.friction->States(parameters.data());
+    for (size_t q = 0; q < states.size(); ++q) {
+      if (!(contact[q].pressure > 0.0)) continue;
+      const double limit = friction * contact[q].force_on_finger.norm();
+      const double tangential = states[q].force_on_finger.norm();
+      EXPECT_LE(tangential, 1.005 * limit);
+      if (states[q].sticks) continue;
+      EXPECT_NEAR(tangential, limit, 5e-3 * limit);
+      // The finger is dragged along by the slip of the shell.
+      EXPECT_NEAR(states[q].force_on_finger.dot(states[q].slip),
+                  tangential * states[q].slip.norm(),
+                  1e-9 * limit * states[q].slip.norm());
+    }
   }
 }
 
