@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <utility>
 
 #include "geometry/first_touch.h"
@@ -485,6 +486,31 @@ Eigen::VectorXd Grasp::DrivingForces() const {
     if (finger.driven >= 0) forces[finger.driven] = finger.force;
   }
   return forces;
+}
+
+bool Grasp::CheckBalance(const std::function<bool(const Eigen::Vector3d& direction)>& is_free,
+                         const Eigen::Vector3d& dead_force,
+                         std::string* error) const {
+  if (num_driven() == 0 || num_driven() < static_cast<int>(fingers_.size())) return true;
+  const Eigen::Vector3d line = fingers_.front().contact.direction;
+  double sum = dead_force.dot(line), size = std::abs(sum);
+  constexpr double kParallel = 1e-9, kBalance = 1e-9;
+  for (const Finger& finger : fingers_) {
+    if (finger.contact.direction.cross(line).norm() > kParallel) return true;
+    sum += finger.force * finger.contact.direction.dot(line);
+    size += finger.force;
+  }
+  if (std::abs(sum) <= kBalance * size || !is_free(line)) return true;
+  const SceneLocation& where = fingers_.back().spec->location;
+  std::ostringstream text;
+  text
+      << where.file << ":" << where.line << ": " << where.key
+      << ": found forces that drive all the fingers along one line and do not balance, by "
+      << std::abs(sum) / size
+      << " of their sum; allowed are forces in balance, a support along that line or a finger with "
+         "a travel";
+  *error = text.str();
+  return false;
 }
 
 double Grasp::Imbalance() const {

@@ -106,6 +106,11 @@ class Grasp {
   Eigen::VectorXd DrivingForces() const;
   // Their norm now.
   double DrivingForce() const { return std::abs(factor_) * DrivingForces().norm(); }
+  // Whether forces that drive all the fingers, along one line, balance with a dead force where the
+  // shell is free to move along that line: nothing else could. False and *error where they do not.
+  bool CheckBalance(const std::function<bool(const Eigen::Vector3d& direction)>& is_free,
+                    const Eigen::Vector3d& dead_force,
+                    std::string* error) const;
   // Norm of dU/dt - F; 0 where no travel is unknown.
   double Imbalance() const;
   // The largest change of the load factor in one step that no point of the shell can be tunnelled

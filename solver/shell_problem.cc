@@ -232,6 +232,19 @@ std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
   }
   problem->ChooseUnknowns();
   if (!problem->HoldRigidMotions(error)) return nullptr;
+  if (problem->grasp_ != nullptr) {
+    const auto is_free = [&](const Eigen::Vector3d& direction) {
+      return std::all_of(problem->conditions_.begin(),
+                         problem->conditions_.end(),
+                         [&](const PlacedCondition& condition) {
+                           const double moved =
+                               (direction.transpose() * condition.coefficients).sum();
+                           return std::abs(moved) <= kRounding * condition.coefficients.norm();
+                         });
+    };
+    const Eigen::Vector3d dead = problem->dead_loads_.force.rowwise().sum();
+    if (!problem->grasp_->CheckBalance(is_free, dead, error)) return nullptr;
+  }
 
   problem->ListUnknowns();
   problem->force_ = problem->dead_loads_.force;

@@ -150,6 +150,38 @@ TEST(ForceControlTest, LimitPointIsNamed) {
   EXPECT_GT(Finger(beyond, 0).travel, 16.0);
 }
 
+TEST(ForceControlTest, ForcesThatDoNotBalanceAreAnError) {
+  std::unique_ptr<ShellProblem> problem;
+  SolverSummary summary;
+  std::string error;
+  const Scene scene = SceneFromText(Ball("force: 0.8", "force: 0.5"));
+  EXPECT_FALSE(Solve(scene, SolverOptions(), &problem, &summary, &error));
+  EXPECT_THAT(error, HasSubstr("fingers[1]"));
+  EXPECT_THAT(error, HasSubstr("do not balance"));
+  // One of them with a travel takes what the other leaves.
+  EXPECT_TRUE(Solve(SceneFromText(Ball("force: 0.8", "travel: 0.5")),
+                    SolverOptions(),
+                    &problem,
+                    &summary,
+                    &error));
+}
+
+// Without a support: friction holds the ball between a finger and a plane.
+TEST(ForceControlTest, FrictionHoldsWhatForcesSqueeze) {
+  std::string text = Ball("force: 0.8", "travel: 0");
+  const size_t begin = text.find("supports:"), end = text.find("fingers:");
+  text.erase(begin, end - begin);
+  const std::string sphere = "{kind: sphere, radius: 2}";
+  text.replace(text.rfind(sphere), sphere.size(), "{kind: plane}");
+  for (const std::string motion : {"motion: {force: 0.8}", "motion: {travel: 0}"}) {
+    text.replace(text.find(motion), motion.size(), motion + ", friction: 0.5");
+  }
+  const Solution solution = SolveScene(SceneFromText(text));
+  EXPECT_NEAR(Finger(solution, 1).force.norm(), 0.8, 1e-6);
+  EXPECT_GT(Finger(solution, 0).sticking, 0);
+  EXPECT_LE(solution.summary.force_balance, 1e-6);
+}
+
 // Resistance that grows with the travel is no snap.
 TEST(ForceControlTest, StiffeningPlateHasNoLimitPoint) {
   const Solution plate = SolveScene(SceneFromText(
