@@ -162,6 +162,7 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
     const Eigen::Vector3d x = Position(at);
     finger->shift = (x - contact.pose.position).dot(contact.direction) - contact.offset;
     finger->touch = x;
+    finger->touched = at;
     const Eigen::Vector3d n = Normal(at);
     finger->normal_before = n.dot(contact.direction) > 0.0 ? n : Eigen::Vector3d(-n);
     return true;
@@ -206,6 +207,7 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
   }
   finger->shift = touch.shift;
   finger->touch = points[touch.point];
+  finger->touched = places[touch.point];
   const Eigen::Vector3d n = Normal(places[touch.point]);
   finger->normal_before = n.dot(contact.direction) > 0.0 ? n : Eigen::Vector3d(-n);
   return true;
@@ -768,6 +770,14 @@ std::vector<FingerReport> Grasp::Report(double force_unit) const {
     reports[f].travel = TravelOf(fingers_[f]);
     reports[f].by_force = fingers_[f].driven >= 0;
     reports[f].shift = fingers_[f].shift;
+    const Finger& finger = fingers_[f];
+    const std::vector<int>& vertices = surface_->control_vertices(finger.touched.element);
+    const Eigen::VectorXd weights = surface_->ValueWeights(finger.touched);
+    Eigen::Vector3d moved = surface_->Position(finger.touched) - finger.touch;
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      moved += weights[i] * Eigen::Map<const Eigen::Vector3d>(displacements_ + 3 * vertices[i]);
+    }
+    reports[f].indentation = moved.dot(finger.contact.direction);
     reports[f].gap = std::max(0.0, fingers_[f].gap);
     reports[f].center_before = fingers_[f].touch;
     reports[f].normal_before = fingers_[f].normal_before;

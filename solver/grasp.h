@@ -28,6 +28,7 @@ struct FingerReport {
   double travel = 0.0;                              // from first touch, along its direction
   bool by_force = false;                            // what drives it: a force, else a travel
   double shift = 0.0;                               // from the scene's position to first touch
+  double indentation = 0.0;  // of the point touched first along the direction, since then
   double gap = 0.0;  // at first touch, of the contact point nearest to it: contact begins as late
   double contact_area = 0.0;  // of the rest surface, where pressure acts
   double largest_pressure = 0.0;
@@ -192,6 +193,7 @@ class Grasp {
     double shift = 0.0;
     double gap = 0.0;  // at first touch, of the contact point nearest to it
     Eigen::Vector3d touch = Eigen::Vector3d::Zero();
+    ElementPoint touched;  // the point there
     Eigen::Vector3d normal_before = Eigen::Vector3d::Zero();
   };
   Grasp() = default;
