@@ -834,4 +834,30 @@ std::vector<FingerReport> Grasp::Report(double force_unit) const {
   return reports;
 }
 
+std::vector<ContactPointReport> Grasp::ReportPoints(double force_unit) const {
+  std::vector<ContactPointReport> reports;
+  for (const Block& block : blocks_) {
+    const std::vector<ContactState> states = States(block);
+    const std::vector<FrictionState> friction = FrictionStates(block);
+    for (size_t q = 0; q < states.size(); ++q) {
+      const ContactState& state = states[q];
+      if (!(state.pressure > 0.0)) continue;
+      ContactPointReport report;
+      report.finger = block.finger;
+      report.element = block.element;
+      report.position = state.position;
+      report.normal = state.normal;
+      report.gap = state.gap;
+      report.pressure = force_unit * state.pressure;
+      report.area = block.contact->points().areas[q];
+      if (!friction.empty()) {
+        report.friction = force_unit * friction[q].force_on_finger;
+        report.sticks = friction[q].sticks;
+      }
+      reports.push_back(report);
+    }
+  }
+  return reports;
+}
+
 }  // namespace darboux

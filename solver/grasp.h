@@ -43,6 +43,19 @@ struct FingerReport {
   int contact_points = 0, sticking = 0, slipping = 0;
 };
 
+// A point of the middle surface in contact. In the units of whoever asks.
+struct ContactPointReport {
+  int finger = 0;
+  int element = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // deformed
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // of the finger, towards the shell
+  double gap = 0.0;
+  double pressure = 0.0;                               // per area of the rest surface
+  double area = 0.0;                                   // of the rest surface, that it stands for
+  Eigen::Vector3d friction = Eigen::Vector3d::Zero();  // force on the finger
+  bool sticks = true;
+};
+
 // The fingers of a scene against its shell: contact blocks on the elements that they can reach,
 // multipliers of contact, friction. Fingers travel with the load factor, or are driven by a force
 // that grows with it: then their travel is an unknown, in which equilibrium is
@@ -180,6 +193,8 @@ class Grasp {
   void Stiffen(double factor);
   // force_unit: of the problem; results are in the scene's units.
   std::vector<FingerReport> Report(double force_unit) const;
+  // The pressure's distribution: points that have any.
+  std::vector<ContactPointReport> ReportPoints(double force_unit) const;
 
  private:
   struct Finger {

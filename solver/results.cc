@@ -94,7 +94,7 @@ std::string StepName(int step) {
   return "shell_" + number + ".vtu";
 }
 
-// Removes shell_NNNN.vtu that are not among `names`.
+// Removes shell_NNNN.vtu and contact.csv of an earlier run that are not among `names`.
 void RemoveOtherSteps(const fs::path& folder, const std::vector<std::string>& names) {
   const std::set<std::string> keep(names.begin(), names.end());
   std::vector<fs::path> others;
@@ -111,6 +111,7 @@ void RemoveOtherSteps(const fs::path& folder, const std::vector<std::string>& na
       others.push_back(it->path());
     }
   }
+  if (keep.count("contact.csv") == 0) others.push_back(folder / "contact.csv");
   for (const fs::path& path : others) fs::remove(path, code);
 }
 
@@ -340,6 +341,33 @@ std::string Pvd(const Scene& scene, const SolverSummary& summary) {
 }
 
 bool HasStiffness(const LoadStep& step) { return step.grasp && step.grasp->stiffness.size() > 0; }
+
+// The distribution of the fingers' pressure: a row per point in contact of every step.
+std::string Contact(const Scene& scene, const SolverSummary& summary) {
+  std::string text =
+      "step,finger,element,x,y,z,normal.x,normal.y,normal.z,gap,pressure,area,friction.x,friction."
+      "y,"
+      "friction.z,sticks\n";
+  for (size_t i = 0; i < summary.steps.size(); ++i) {
+    for (const ContactPointReport& point : summary.steps[i].contact_points) {
+      text += std::to_string(i + 1) + "," + scene.fingers[point.finger].name + "," +
+              std::to_string(point.element);
+      const auto add = [&](double value) {
+        text += ",";
+        if (std::isfinite(value)) text += FormatNumber(value);
+      };
+      for (int k = 0; k < 3; ++k) add(point.position[k]);
+      for (int k = 0; k < 3; ++k) add(point.normal[k]);
+      add(point.gap);
+      add(point.pressure);
+      add(point.area);
+      for (int k = 0; k < 3; ++k) add(point.friction[k]);
+      const bool has_friction = scene.fingers[point.finger].friction > 0.0;
+      text += has_friction && point.sticks ? ",1\n" : ",0\n";
+    }
+  }
+  return text;
+}
 
 std::string History(const Scene& scene, const SolverSummary& summary) {
   std::string text = "step,factor,iterations,converged,energy,relative_gradient,max_displacement";
@@ -792,7 +820,8 @@ bool WriteResults(const std::string& folder,
   if (!files.Add("shell.vtu", final_vtu, error) ||
       !files.Add("shell.pvd", Pvd(scene, summary), error) ||
       !files.Add("deformed.ply", writer.Ply(*final_state), error) ||
-      !files.Add("history.csv", History(scene, summary), error)) {
+      !files.Add("history.csv", History(scene, summary), error) ||
+      (!scene.fingers.empty() && !files.Add("contact.csv", Contact(scene, summary), error))) {
     return false;
   }
 

@@ -72,7 +72,10 @@ void RecordStep(ShellProblem* problem,
         problem->Displacement(Resolve(probe.at, problem->surface())));
   }
   step.displacements = problem->displacements();
-  if (problem->grasp() != nullptr) step.fingers = problem->grasp()->Report(problem->force_unit());
+  if (problem->grasp() != nullptr) {
+    step.fingers = problem->grasp()->Report(problem->force_unit());
+    step.contact_points = problem->grasp()->ReportPoints(problem->force_unit());
+  }
   if (problem->has_gas()) step.gas = problem->ReportGas();
   summary->steps.push_back(step);
   if (options.on_step) {

@@ -81,6 +81,7 @@ struct LoadStep {
   // at this factor on the way, where the shell gave way to the forces that drive fingers.
   std::optional<double> limit_factor;
   std::vector<FingerReport> fingers;
+  std::vector<ContactPointReport> contact_points;
   std::optional<GraspReport> grasp;
   std::optional<GasReport> gas;
 };

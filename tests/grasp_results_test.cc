@@ -269,6 +269,25 @@ TEST(GraspResultsTest, SummaryHasWhatAPlannerAsks) {
   EXPECT_LT(top["spin_arm"].get<double>(), 1.5 * even);
 }
 
+// Pressure times area along the normals, and friction, are the finger's force, step by step.
+TEST(GraspResultsTest, PointsInContactCarryTheForces) {
+  Scene scene = Plate(0.6, 0.6, 0.2);
+  scene.steps = 3;
+  const Solution solution = SolveScene(scene);
+  for (const LoadStep& step : solution.summary.steps) {
+    ASSERT_FALSE(step.contact_points.empty());
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    for (const ContactPointReport& point : step.contact_points) {
+      EXPECT_EQ(point.finger, 0);
+      EXPECT_GT(point.pressure, 0.0);
+      force += point.friction - point.pressure * point.area * point.normal;
+    }
+    const FingerReport& finger = step.fingers[0];
+    EXPECT_LE((force - finger.force).norm(), 1e-12 * force.norm());
+    EXPECT_EQ(static_cast<int>(step.contact_points.size()), finger.contact_points);
+  }
+}
+
 TEST(GraspResultsTest, FrictionlessFingersAreNoForceClosure) {
   const Scene scene = Ball({2.0, 2.0});
   const Solution solution = SolveScene(scene);
