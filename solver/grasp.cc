@@ -344,9 +344,19 @@ std::unique_ptr<Grasp> Grasp::Create(const Scene& scene,
   return grasp;
 }
 
+Grasp::~Grasp() {
+  // A scene can be refused before its problem is built.
+  if (handed_over_) return;
+  for (const Block& block : blocks_) {
+    delete block.contact;
+    delete block.friction;
+  }
+}
+
 void Grasp::AddTo(ceres::Problem* problem,
                   const std::function<double(double force)>& curvature_scale,
                   const std::function<void(ceres::ResidualBlockId, Part, int residuals)>& added) {
+  handed_over_ = true;
   for (const Block& block : blocks_) {
     std::vector<double*> parameters;
     for (const int vertex : surface_->control_vertices(block.element)) {

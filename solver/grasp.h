@@ -75,6 +75,10 @@ class Grasp {
                                        double* displacements,
                                        std::string* error);
 
+  ~Grasp();
+  Grasp(const Grasp&) = delete;
+  Grasp& operator=(const Grasp&) = delete;
+
   // Contact, and friction, of one finger with one element.
   struct Block {
     int element = 0;
@@ -237,6 +241,7 @@ class Grasp {
   double thickness_ = 0.0;
   double factor_ = 0.0;
   bool held_ = false;
+  bool handed_over_ = false;  // blocks belong to a problem
   std::vector<char> touching_;
   double violation_ = std::numeric_limits<double>::infinity();  // at the last update
   std::deque<Finger> fingers_;
