@@ -790,6 +790,7 @@ std::vector<FingerReport> Grasp::Report(double force_unit) const {
     reports[f].indentation = moved.dot(finger.contact.direction);
     reports[f].gap = std::max(0.0, fingers_[f].gap);
     reports[f].center_before = fingers_[f].touch;
+    reports[f].touched = fingers_[f].touched;
     reports[f].normal_before = fingers_[f].normal_before;
   }
   struct Pressed {

@@ -34,6 +34,7 @@ struct FingerReport {
   double largest_pressure = 0.0;
   double penetration = 0.0;                                 // the largest
   Eigen::Vector3d center_before = Eigen::Vector3d::Zero();  // first touch, on the middle surface
+  ElementPoint touched;                                     // the point there
   Eigen::Vector3d normal_before = Eigen::Vector3d::Zero();  // of the shell at first touch, inwards
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();         // mean of the contact pressure
   Eigen::Vector3d center = Eigen::Vector3d::Zero();         // centre of the contact pressure

@@ -70,6 +70,19 @@ void AddPressureStiffness(const StrainPoint& point,
   }
 }
 
+// Adds the forces on an element's control vertices that derivatives by the fifteen kinematic
+// numbers make.
+void AddForces(const StrainPoint& point,
+               const Eigen::Matrix<double, 3 * kVectors, 1>& derivatives,
+               const std::vector<int>& vertices,
+               Eigen::Matrix3Xd* forces) {
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    for (int b = 0; b < kVectors; ++b) {
+      forces->col(vertices[i]) += point.weights(kRowD1 + b, i) * derivatives.segment<3>(3 * b);
+    }
+  }
+}
+
 Eigen::Matrix3Xd Gather(const Eigen::Matrix3Xd& field, const std::vector<int>& vertices) {
   Eigen::Matrix3Xd result(3, vertices.size());
   for (size_t i = 0; i < vertices.size(); ++i) result.col(i) = field.col(vertices[i]);
@@ -694,6 +707,34 @@ void TangentStiffness::LinearisedStresses(const Eigen::VectorXd& step,
   });
 }
 
+Eigen::VectorXd TangentStiffness::StressForces(const StressField& stresses) const {
+  const ShellSurface& surface = problem_.surface();
+  const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
+  std::vector<Eigen::Matrix3Xd> parts(num_threads_);
+  ParallelFor(num_threads_, surface.num_elements(), [&](int thread, int begin, int end) {
+    Eigen::Matrix3Xd& part = parts[thread];
+    part.setZero(3, block_of_vertex_.size());
+    StrainDerivatives strain;
+    for (int e = begin; e < end; ++e) {
+      const std::vector<int>& vertices = surface.control_vertices(e);
+      const Eigen::Matrix3Xd u = Gather(problem_.displacements(), vertices);
+      const std::vector<StrainPoint>& points = *problem_.strain_points()[e];
+      for (size_t q = 0; q < points.size(); ++q) {
+        const Eigen::Matrix<double, 3, kVectors> k = Inputs<3>(points[q], identity, u);
+        CHECK(EvaluateStrainDerivatives(problem_.measure(), points[q], k.data(), &strain));
+        AddForces(points[q],
+                  strain.gradient.transpose() * stresses[point_begin_[e] + q],
+                  vertices,
+                  &part);
+      }
+    }
+  });
+  for (int t = 1; t < num_threads_; ++t) {
+    if (parts[t].size() > 0) parts[0] += parts[t];
+  }
+  return Reduce(parts[0]);
+}
+
 bool TangentStiffness::StrainDefect(const Eigen::VectorXd& step, Eigen::VectorXd* forces) {
   const ShellSurface& surface = problem_.surface();
   if (IsLinear(problem_.measure())) {
@@ -727,12 +768,7 @@ bool TangentStiffness::StrainDefect(const Eigen::VectorXd& step, Eigen::VectorXd
         Stress stress;
         stress.head<3>() = point.area * (membrane_ * defect.head<3>());
         stress.tail<3>() = point.area * (bending_ * defect.tail<3>());
-        const Eigen::Matrix<double, kBendingInputs, 1> g = here.gradient.transpose() * stress;
-        for (size_t i = 0; i < vertices.size(); ++i) {
-          for (int b = 0; b < kVectors; ++b) {
-            part.col(vertices[i]) += point.weights(kRowD1 + b, i) * g.segment<3>(3 * b);
-          }
-        }
+        AddForces(point, here.gradient.transpose() * stress, vertices, &part);
       }
     }
   });

@@ -57,6 +57,10 @@ class TangentStiffness {
   // strains at u + step are undefined.
   bool StrainDefect(const Eigen::VectorXd& step, Eigen::VectorXd* forces);
 
+  // B^T S: the forces that resist stresses S, on the unknowns, in the present state. Precondition:
+  // Evaluate succeeds here.
+  Eigen::VectorXd StressForces(const StressField& stresses) const;
+
   // The part of the gradient that depends on the load factor, and linearly so: supports, dead
   // forces and forces that follow; the gas's forces, which do not, as well. Precondition: Evaluate
   // succeeds here.
