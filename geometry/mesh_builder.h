@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "geometry/triangle_mesh.h"
@@ -63,12 +64,16 @@ class MeshBuilder {
 
   std::int64_t num_vertices() const { return static_cast<std::int64_t>(mesh_.vertices.size()); }
   void AddVertex(const Eigen::Vector3d& position) { mesh_.vertices.push_back(position); }
+  // At the vertex last added; at every one, or at none.
+  void AddNormal(const Eigen::Vector3d& normal) { vectors_.normals.push_back(normal); }
+  void AddDisplacement(const Eigen::Vector3d& u) { vectors_.displacements.push_back(u); }
   void BeginFace(std::size_t place);
   void AddCorner(std::int64_t vertex) { corners_.push_back(vertex); }
 
   // Checks the polygons and cuts them into triangles. `end` is the place of a message about what
   // is missing. Without `needs_faces` a file of points is as good.
   bool Finish(bool needs_faces, std::size_t end, TriangleMesh* mesh);
+  VertexVectors TakeVectors() { return std::move(vectors_); }
 
  private:
   bool Fail(std::size_t place, const std::string& what);
@@ -78,6 +83,7 @@ class MeshBuilder {
   int first_index_ = 0;
   bool is_binary_ = false;
   TriangleMesh mesh_;
+  VertexVectors vectors_;
   std::vector<std::int64_t> corners_;      // Of all polygons.
   std::vector<std::size_t> first_corner_;  // Of each polygon.
   std::vector<std::size_t> place_;         // Of each polygon in the file.

@@ -2,27 +2,21 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <charconv>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <system_error>
 #include <unordered_map>
 #include <utility>
 
 #include "geometry/mesh_builder.h"
 #include "geometry/ply_reader.h"
+#include "geometry/text_file.h"
 
 namespace darboux {
 namespace {
 
 using Words = std::vector<std::string_view>;
-
-// Every vertex and triangle takes a byte at least, so that all counts fit an int.
-constexpr std::uintmax_t kMaxBytes = std::uintmax_t{1} << 31;
 
 bool Contains(const std::vector<std::string>& names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
@@ -331,6 +325,7 @@ bool Parse(std::string_view contents,
            const std::string& file,
            bool needs_faces,
            TriangleMesh* mesh,
+           VertexVectors* vectors,
            std::string* error) {
   MeshBuilder builder(file, error);
   const std::string ending = Lower(std::filesystem::path(file).extension().string());
@@ -345,53 +340,17 @@ bool Parse(std::string_view contents,
         0, FoundInsteadOf("a name that ends with", ending, {".obj", ".ply", ".stl", ".off"}));
   }
   if (contents.empty()) return builder.FailAtLine(0, "an empty file; allowed a mesh");
-  if (contents.size() > kMaxBytes) {
+  if (contents.size() > kMaxFileBytes) {
     return builder.FailAtLine(
-        0, std::to_string(contents.size()) + " bytes; allowed " + std::to_string(kMaxBytes));
+        0, std::to_string(contents.size()) + " bytes; allowed " + std::to_string(kMaxFileBytes));
   }
-  return read(contents, &builder, &end) && builder.Finish(needs_faces, end, mesh);
-}
-
-bool ReadBytes(const std::string& file, std::string* contents, std::string* error) {
-  MeshBuilder builder(file, error);
-  const auto fail = [&](const std::string& reason) {
-    return builder.FailAtLine(0,
-                              "a file that cannot be read (" + reason + "); allowed a mesh file");
-  };
-  std::error_code code;
-  const std::filesystem::file_status status = std::filesystem::status(file, code);
-  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    return fail(std::filesystem::is_directory(status) ? "it is a directory"
-                                                      : "it is no plain file");
-  }
-  errno = 0;
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return fail(errno != 0 ? std::generic_category().message(errno) : "no reason given");
-  const std::uintmax_t size = std::filesystem::file_size(file, code);
-  if (code) return fail(code.message());
-  if (size > kMaxBytes) {
-    return fail("it has " + std::to_string(size) + " bytes, more than " +
-                std::to_string(kMaxBytes));
-  }
-  contents->resize(static_cast<std::size_t>(size));
-  stream.read(contents->data(), static_cast<std::streamsize>(size));
-  if (stream.bad()) return fail("reading failed");
-  contents->resize(static_cast<std::size_t>(stream.gcount()));
+  if (!read(contents, &builder, &end) || !builder.Finish(needs_faces, end, mesh)) return false;
+  if (vectors != nullptr) *vectors = builder.TakeVectors();
   return true;
 }
 
-void Append(double number, std::string* text) {
-  std::array<char, 32> digits{};
-  const std::to_chars_result result =
-      std::to_chars(digits.data(), digits.data() + digits.size(), number);
-  text->append(digits.data(), result.ptr);
-}
-
 void Append(const Eigen::Vector3d& position, std::string* text) {
-  for (int k = 0; k < 3; ++k) {
-    if (k > 0) *text += ' ';
-    Append(position[k], text);
-  }
+  AppendNumbers(position, ' ', text);
   *text += '\n';
 }
 
@@ -400,39 +359,36 @@ void Append(const std::array<int, 3>& triangle, int first_index, std::string* te
   *text += '\n';
 }
 
-bool WriteText(const std::string& file, const std::string& text, std::string* error) {
-  errno = 0;
-  std::ofstream stream(file, std::ios::binary);
-  stream.write(text.data(), static_cast<std::streamsize>(text.size()));
-  stream.close();
-  if (stream) return true;
-  *error = file + ":0: found a file that cannot be written (" +
-           (errno != 0 ? std::generic_category().message(errno) : "no reason given") +
-           "); allowed a new file in an existing directory";
-  return false;
-}
-
 }  // namespace
 
 bool ReadMesh(const std::string& file, TriangleMesh* mesh, std::string* error) {
   std::string contents;
-  return ReadBytes(file, &contents, error) && ParseMesh(contents, file, mesh, error);
+  return ReadBytes(file, "a mesh file", &contents, error) && ParseMesh(contents, file, mesh, error);
 }
 
 bool ParseMesh(std::string_view contents,
                const std::string& file,
                TriangleMesh* mesh,
                std::string* error) {
-  return Parse(contents, file, /*needs_faces=*/true, mesh, error);
+  return Parse(contents, file, /*needs_faces=*/true, mesh, nullptr, error);
 }
 
 bool ReadPoints(const std::string& file, std::vector<Eigen::Vector3d>* points, std::string* error) {
   std::string contents;
   TriangleMesh mesh;
-  if (!ReadBytes(file, &contents, error)) return false;
-  if (!Parse(contents, file, /*needs_faces=*/false, &mesh, error)) return false;
+  if (!ReadBytes(file, "a mesh file", &contents, error)) return false;
+  if (!Parse(contents, file, /*needs_faces=*/false, &mesh, nullptr, error)) return false;
   *points = std::move(mesh.vertices);
   return true;
+}
+
+bool ReadVertices(const std::string& file,
+                  TriangleMesh* mesh,
+                  VertexVectors* vectors,
+                  std::string* error) {
+  std::string contents;
+  return ReadBytes(file, "a mesh file", &contents, error) &&
+         Parse(contents, file, /*needs_faces=*/false, mesh, vectors, error);
 }
 
 bool WriteObj(const std::string& file, const TriangleMesh& mesh, std::string* error) {
@@ -445,7 +401,7 @@ bool WriteObj(const std::string& file, const TriangleMesh& mesh, std::string* er
     text += 'f';
     Append(triangle, 1, &text);
   }
-  return WriteText(file, text, error);
+  return WriteBytes(file, text, error);
 }
 
 bool WritePly(const std::string& file, const TriangleMesh& mesh, std::string* error) {
@@ -459,7 +415,7 @@ bool WritePly(const std::string& file, const TriangleMesh& mesh, std::string* er
     text += '3';
     Append(triangle, 0, &text);
   }
-  return WriteText(file, text, error);
+  return WriteBytes(file, text, error);
 }
 
 }  // namespace darboux

@@ -41,6 +41,12 @@ bool ParseMesh(std::string_view contents,
 // Only the vertices, from the same formats; faces need not be there (point clouds).
 bool ReadPoints(const std::string& file, std::vector<Eigen::Vector3d>* points, std::string* error);
 
+// Vertices, what stands at them in a PLY file, and the faces where there are any.
+bool ReadVertices(const std::string& file,
+                  TriangleMesh* mesh,
+                  VertexVectors* vectors,
+                  std::string* error);
+
 // Writes text that reads back bit for bit (shortest digits that do; the sign of a nan aside).
 // False with one line "FILE:0: ..." where the file cannot be written.
 bool WriteObj(const std::string& file, const TriangleMesh& mesh, std::string* error);

@@ -123,6 +123,8 @@ struct Element {
   std::vector<Property> properties;
 };
 
+constexpr std::size_t kNone = static_cast<std::size_t>(-1);
+
 enum class Format { kNone, kAscii, kLittleEndian, kBigEndian };
 
 class PlyReader {
@@ -173,8 +175,11 @@ class PlyReader {
   std::vector<Element> elements_;
   const Element* vertex_ = nullptr;
   const Element* face_ = nullptr;
-  std::array<std::size_t, 3> xyz_{};  // Among the properties of a vertex.
-  std::size_t corners_ = 0;           // Among the properties of a face.
+  // Of a vertex, by property and in this order: x y z nx ny nz ux uy uz; kNone: not there.
+  std::array<std::size_t, 9> values_{};
+  bool has_normals_ = false;
+  bool has_displacements_ = false;
+  std::size_t corners_ = 0;  // Among the properties of a face.
 };
 
 bool PlyReader::ReadHeader() {
@@ -291,18 +296,23 @@ bool PlyReader::FindMesh() {
     if (element.name == "face") face_ = &element;
   }
   if (vertex_ == nullptr) return FailInHeader("no element 'vertex' in the header; allowed one");
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::string name(1, static_cast<char>('x' + k));
+  static const std::array<const char*, 9> kNames = {
+      "x", "y", "z", "nx", "ny", "nz", "ux", "uy", "uz"};
+  for (std::size_t k = 0; k < kNames.size(); ++k) {
     const auto found = std::find_if(
         vertex_->properties.begin(), vertex_->properties.end(), [&](const Property& p) {
-          return p.name == name && !p.is_list;
+          return p.name == kNames[k] && !p.is_list;
         });
-    if (found == vertex_->properties.end()) {
+    const bool is_there = found != vertex_->properties.end();
+    if (!is_there && k < 3) {
       return builder_.FailAtLine(
-          vertex_->line, "vertices without a number '" + name + "'; allowed with x, y and z");
+          vertex_->line,
+          "vertices without a number " + Quoted(kNames[k]) + "; allowed with x, y and z");
     }
-    xyz_[k] = static_cast<std::size_t>(found - vertex_->properties.begin());
+    values_[k] = is_there ? static_cast<std::size_t>(found - vertex_->properties.begin()) : kNone;
   }
+  has_normals_ = values_[3] != kNone && values_[4] != kNone && values_[5] != kNone;
+  has_displacements_ = values_[6] != kNone && values_[7] != kNone;
   if (face_ == nullptr) return true;
   const auto found =
       std::find_if(face_->properties.begin(), face_->properties.end(), [](const Property& p) {
@@ -401,15 +411,15 @@ bool PlyReader::ReadElements(const Element& element) {
     const std::size_t first_byte = position_;
     if (!BeginElement(element, i)) return false;
     if (is_face) builder_.BeginFace(format_ == Format::kAscii ? lines_.number() : first_byte);
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();
+    std::array<double, 9> values{};
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
       const Property& property = element.properties[p];
       double value = 0.0;
       if (!property.is_list) {
         if (!ReadValue(element, i, property.type, &value)) return false;
         if (!is_vertex) continue;
-        for (std::size_t k = 0; k < 3; ++k) {
-          if (p == xyz_[k]) position[static_cast<Eigen::Index>(k)] = value;
+        for (std::size_t k = 0; k < values.size(); ++k) {
+          if (p == values_[k]) values[k] = value;
         }
         continue;
       }
@@ -426,7 +436,10 @@ bool PlyReader::ReadElements(const Element& element) {
       }
     }
     if (!EndElement(element, i)) return false;
-    if (is_vertex) builder_.AddVertex(position);
+    if (!is_vertex) continue;
+    builder_.AddVertex({values[0], values[1], values[2]});
+    if (has_normals_) builder_.AddNormal({values[3], values[4], values[5]});
+    if (has_displacements_) builder_.AddDisplacement({values[6], values[7], values[8]});
   }
   return true;
 }

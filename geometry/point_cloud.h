@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace darboux {
@@ -16,22 +17,38 @@ struct PointCloud {
   bool empty() const { return points.empty(); }
 };
 
-// .csv: one line per point, separated by commas, semicolons, tabs or spaces; '#' begins a comment.
-//   A first line of names says what the columns are: x y z, nx ny nz, ux uy uz, in any order and
-//   case; other columns are skipped. z and uz may be missing in a plane field and are 0 then. No
-//   line of names: 3 columns are x y z, 6 are x y z nx ny nz, 4 are x y ux uy.
-// .ply, .obj, .stl, .off: the vertices, see mesh_io.h, and normals where ply has them.
-// Points that are not finite are an error: a line that names the first and counts them. So is a
-// file without points. False with one line "FILE:LINE: found ...; allowed ...".
+// .csv, .txt, .xyz: one line per point, '#' begins a comment. Values are separated by semicolons,
+// or
+//   else commas, or else tabs and spaces, as the first line has it; blanks beside a separator do
+//   not count. Numbers have a decimal point whatever the locale. A first line of names says what
+//   the columns are: x y z, nx ny nz, ux uy uz, in any order and case, in double quotes or not;
+//   other columns are skipped, whatever they hold. z and uz may be missing in a plane field and are
+//   0 then. A line of names may be a comment ("# x y z ux uy uz") of these names alone. No line of
+//   names: 3 columns are x y z, 6 are x y z nx ny nz (if the last three are unit vectors, to 1 %:
+//   displacements need names), 4 are x y ux uy.
+// .ply, .obj, .stl, .off: the vertices, see mesh_io.h, used or not, and where ply has them
+//   normals (nx ny nz) and displacements (ux uy uz).
+// Normals become unit vectors; unit ones already, to 1e-14, stay as they are. Points that are not
+// finite are an error: a line that names the first and counts them; so are displacements and
+// normals of that kind and normals of no length, and a file without points. False with one line
+// "FILE:LINE: found ...; allowed ..." and *cloud unchanged; line 0 where none is to blame, points
+// are counted from 0. Any bytes are safe to read, and at most 2 GiB of them.
 bool ReadPointCloud(const std::string& file, PointCloud* cloud, std::string* error);
 
-// .csv or .ply by the ending of the name; reads back bit for bit. comment: lines on top.
+// The text formats from memory; `file` is for messages.
+bool ParsePointCloud(std::string_view contents,
+                     const std::string& file,
+                     PointCloud* cloud,
+                     std::string* error);
+
+// .csv or .ply (text) by the ending of the name; reads back bit for bit. comment: lines on top. A
+// cloud that could not be read back (empty, not finite) is not written: false with one line.
 bool WritePointCloud(const std::string& file,
                      const PointCloud& cloud,
                      const std::vector<std::string>& comment,
                      std::string* error);
 
-// Diagonal of the bounding box.
+// Diagonal of the bounding box; 0 without points.
 double Extent(const std::vector<Eigen::Vector3d>& points);
 
 }  // namespace darboux
