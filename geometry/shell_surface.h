@@ -55,6 +55,8 @@ class ShellSurface {
   // (0, 0) on a mesh.
   std::array<double, 2> Parameters(const ElementPoint& point) const;
   Eigen::Vector3d Position(const ElementPoint& point) const;
+  // With the derivatives in the coordinates (s, t) of its element.
+  RestJet Rest(const ElementPoint& point) const;
   // Derivatives through third order in (u, v): principal curvatures and their derivatives.
   // Parametric surfaces only.
   SurfaceJet ParametricJet(const ElementPoint& point) const;
@@ -125,7 +127,6 @@ class ShellSurface {
 
  private:
   void FindSizes();
-  RestJet Rest(const ElementPoint& point) const;
   RestJet Rest(int element, const BasisMatrix& basis) const;
   ElementPoint ClosestPointOnMesh(const Eigen::Vector3d& x) const;
   void EvaluateAreaPoint(int element, int num_points, int k, AreaPoint* point) const;
