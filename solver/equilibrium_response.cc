@@ -40,13 +40,14 @@ bool FactorizeTangent(const ShellProblem& problem,
   const Eigen::MatrixXd& update = tangent.update_vectors();
   Eigen::MatrixXd vectors(tangent.num_unknowns(), update.cols() + springs.cols());
   vectors << update, springs;
+  const bool held_by_fingers = problem.grasp() != nullptr;
   for (const double least : kMeans) {
     Eigen::VectorXd weights = Eigen::VectorXd::Constant(vectors.cols(), stiffness);
     weights.head(update.cols()) = tangent.update_weights();
-    weights.segment(pins, means) *= least;
+    if (held_by_fingers) weights.segment(pins, means) *= least;
     cholesky->SetUpdate(vectors, weights);
     if (cholesky->Factorize(tangent.matrix())) return true;
-    if (means == 0) break;
+    if (means == 0 || !held_by_fingers) break;
   }
   return cholesky->FactorizeIndefinite(tangent.matrix()) >= 0;
 }

@@ -33,9 +33,9 @@ class RigidContact {
 bool EvaluateTrueTangent(TangentStiffness* tangent);
 
 // Factorises the matrix that tangent evaluated last, and springs of one stiffness along the columns
-// of `springs`, which may be none. Means that stand for missing supports are weighted down to
-// nothing, or as far as rounding allows. cholesky has analysed the matrix. False where it is
-// singular.
+// of `springs`, which may be none. Where fingers hold the shell, means that stand for missing
+// supports are weighted down to nothing, or as far as rounding allows; without fingers they are
+// conditions. cholesky has analysed the matrix. False where it is singular.
 bool FactorizeTangent(const ShellProblem& problem,
                       const TangentStiffness& tangent,
                       const Eigen::MatrixXd& springs,

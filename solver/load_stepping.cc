@@ -295,7 +295,10 @@ bool LoadStepping::AdvanceFromStart(double factor, Result* result) {
   const double undeformed = energy();
   problem_->displacements() = start_;
   const MixedIteration::Options options = MixedOptions();
-  const MixedIteration::Summary summary = mixed_->Solve(options);
+  Grasp* const grasp = problem_->grasp();
+  if (grasp != nullptr) mixed_->SetStresses();  // Near the answer, or fingers come through.
+  MixedIteration::Summary summary = mixed_->Solve(options);
+  if (grasp != nullptr) SettleGrasp(options, true, &summary);
   result->iterations += summary.iterations;
   std::ostringstream line;
   line << "from the given start: " << summary.iterations << " iterations, ";
@@ -312,6 +315,7 @@ bool LoadStepping::AdvanceFromStart(double factor, Result* result) {
   }
   Note(line.str());
   if (accepted) {
+    if (grasp != nullptr) grasp->Advance();
     Accept();
   } else {
     Restore(rest);

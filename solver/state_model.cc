@@ -38,14 +38,14 @@ std::unique_ptr<StateModel> StateModel::Create(const Scene& scene,
   }
   // Only the final state counts.
   model->scene_.steps = model->has_friction_ ? scene.steps : 1;
-  if (!model->SolveAnew(model->scene_, error)) return nullptr;
+  if (!model->SolveAnew(model->scene_, {}, error)) return nullptr;
   if (model->by_force_) {
     const std::vector<FingerReport>& fingers = model->summary_.steps.back().fingers;
     for (size_t i = 0; i < fingers.size(); ++i) {
       model->scene_.fingers[i].force.reset();
       model->scene_.fingers[i].travel = fingers[i].travel;
     }
-    if (!model->SolveAnew(model->scene_, error)) return nullptr;
+    if (!model->SolveAnew(model->scene_, {}, error)) return nullptr;
   }
   model->parameters_ = ParametersOf(model->scene_);
   return model;
@@ -65,11 +65,13 @@ Scene StateModel::At(const ShellParameters& parameters, double travel_change) co
 
 Scene StateModel::StateScene() const { return At(parameters_, travel_change_); }
 
-bool StateModel::SolveAnew(const Scene& scene, std::string* error) {
+bool StateModel::SolveAnew(const Scene& scene, const Eigen::Matrix3Xd& guess, std::string* error) {
   const Clock::time_point start = Clock::now();
   std::unique_ptr<ShellProblem> problem;
   SolverSummary summary;
-  const bool posed = darboux::Solve(scene, options_, &problem, &summary, error);
+  SolverOptions options = options_;
+  options.initial_displacements = guess;
+  const bool posed = darboux::Solve(scene, options, &problem, &summary, error);
   work_.solve_s += Since(start);
   ++work_.solutions;
   if (!posed) return false;
@@ -109,10 +111,28 @@ bool StateModel::Solve(const ShellParameters& parameters,
     parameters_ = parameters;
     return true;
   }
-  if (!SolveAnew(At(parameters, travel_change), error)) return false;
+  if (!SolveAnew(At(parameters, travel_change), Guess(parameters, travel_change), error)) {
+    return false;
+  }
   parameters_ = parameters;
   travel_change_ = travel_change;
   return true;
+}
+
+// The last state, moved along what is known of its derivatives. None with friction, where the way
+// counts.
+Eigen::Matrix3Xd StateModel::Guess(const ShellParameters& parameters, double travel_change) const {
+  if (has_friction_ || summary_.theory != Theory::kNonlinear) return {};
+  const double changes[] = {std::log(parameters.young_modulus / parameters_.young_modulus),
+                            std::log(parameters.thickness / parameters_.thickness),
+                            parameters.poisson_ratio - parameters_.poisson_ratio,
+                            parameters.gas_pressure - parameters_.gas_pressure,
+                            travel_change - travel_change_};
+  Eigen::Matrix3Xd guess = displacements_;
+  for (int k = 0; k < kNumStateParameters; ++k) {
+    if (derivatives_[k]) guess += changes[k] * derivatives_[k]->displacement;
+  }
+  return guess;
 }
 
 bool StateModel::DeriveImplicitly(StateParameter parameter,

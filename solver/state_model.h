@@ -70,7 +70,9 @@ class StateModel {
  private:
   StateModel(const Scene& scene, const SolverOptions& options) : scene_(scene), options_(options) {}
   Scene At(const ShellParameters& parameters, double travel_change) const;
-  bool SolveAnew(const Scene& scene, std::string* error);
+  Eigen::Matrix3Xd Guess(const ShellParameters& parameters, double travel_change) const;
+  // guess: where to start from; empty: from rest.
+  bool SolveAnew(const Scene& scene, const Eigen::Matrix3Xd& guess, std::string* error);
   bool DeriveImplicitly(StateParameter parameter, StateDerivative* derivative, std::string* error);
   bool DeriveByDifferences(StateParameter parameter,
                            StateDerivative* derivative,

@@ -89,7 +89,6 @@ void Change(Scene* scene, StateParameter parameter, double by) {
 // The scene as gas has inflated it, before the fingers come.
 Scene Bare(Scene scene) {
   scene.fingers.clear();
-  scene.supports.clear();
   return scene;
 }
 

@@ -1,0 +1,983 @@
+#include "solver/calibration.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <random>
+#include <sstream>
+
+#include "solver/calibration_problem.h"
+#include "solver/minimisation.h"
+
+namespace darboux {
+namespace {
+
+using Estimate = CalibrationSummary::Estimate;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Robust distances of a scan to the state of its scene, in sizes of the shell, before anything is
+// fitted.
+constexpr double kFarthest = 0.04;
+// Of a normal distribution, both sides of 95 %.
+constexpr double kTwoSided95 = 1.959963984540054;
+// A parameter is identified where its 95 % interval is within a factor of 1.65, Poisson's ratio
+// within 0.2.
+constexpr double kLogLimit = 0.5 / kTwoSided95;
+constexpr double kPoissonLimit = 0.2 / kTwoSided95;
+// A pressure that changes no force by more than this part of it is known well enough, however small
+// it is itself.
+constexpr double kPressureEffect = 0.05;
+// Readings below as many of their errors are no force at all.
+constexpr double kSignal = 3.0;
+
+std::string Format(const char* format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof(text), format, value);
+  return text;
+}
+std::string Percent(double part) { return Format("%.2g %%", 100.0 * part); }
+std::string Number(double value) { return Format("%.4g", value); }
+
+const char* Words(StateParameter parameter) {
+  switch (parameter) {
+    case StateParameter::kYoungModulus:
+      return "Young's modulus";
+    case StateParameter::kThickness:
+      return "the thickness";
+    case StateParameter::kPoissonRatio:
+      return "Poisson's ratio";
+    default:
+      return "the gas pressure";
+  }
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const size_t middle = values.size() / 2;
+  std::nth_element(values.begin(), values.begin() + middle, values.end());
+  return values[middle];
+}
+
+// Every k-th point, so that at most `most` are left; files are in the order that a scanner sweeps.
+std::vector<size_t> Spread(size_t count, int most) {
+  std::vector<size_t> chosen;
+  if (most <= 0 || count <= static_cast<size_t>(most)) {
+    for (size_t i = 0; i < count; ++i) chosen.push_back(i);
+    return chosen;
+  }
+  for (int k = 0; k < most; ++k) chosen.push_back(count * k / most);
+  return chosen;
+}
+
+class Calibration {
+ public:
+  Calibration(const CalibrationSpec& spec,
+              const CalibrationOptions& options,
+              CalibrationSummary* summary)
+      : spec_(spec), options_(options), summary_(*summary), start_(Clock::now()) {}
+
+  bool Run(std::vector<std::unique_ptr<StateModel>>* models, std::string* error);
+
+ private:
+  using Termination = CalibrationSummary::Termination;
+
+  void Progress(const std::string& line) const {
+    if (options_.on_progress) options_.on_progress(line);
+  }
+  bool End(Termination termination, const std::string& message) {
+    summary_.termination = termination;
+    summary_.message = message;
+    return true;
+  }
+  Scene SceneOf(const CalibrationSpec::Grasp& grasp) const;
+  bool AddScans(std::string* error);
+  bool AddFields(std::string* error);
+  bool SetDeviations();
+  bool ScaleModulus();
+  bool Minimise(std::string* message);
+  void Report();
+  void ReportEstimates();
+  void ReportSensitivities(const Posterior& posterior);
+  void Bootstrap(const Posterior& posterior, const std::vector<CalibrationProblem::Row>& rows);
+  std::string SeparatingGrasp(const Posterior& posterior,
+                              const Eigen::VectorXd& scales,
+                              size_t which);
+  Eigen::VectorXd Scales() const;
+  double ToUnits(int column, double value) const;
+  bool IsIdentified(StateParameter parameter, double deviation) const;
+  double PressureEffect(double pressure) const;
+
+  const CalibrationSpec& spec_;
+  const CalibrationOptions& options_;
+  CalibrationSummary& summary_;
+  const Clock::time_point start_;
+  std::vector<std::unique_ptr<StateModel>>* models_ = nullptr;
+  std::unique_ptr<CalibrationProblem> problem_;
+  std::vector<bool> estimate_scan_, estimate_field_;  // deviations
+};
+
+Scene Calibration::SceneOf(const CalibrationSpec::Grasp& grasp) const {
+  Scene scene = grasp.scene;
+  if (spec_.theory != Theory::kAuto) scene.model.theory = spec_.theory;
+  scene.probes.clear();
+  scene.expect.clear();
+  const auto set = [&](StateParameter which, double* value) {
+    const CalibrationSpec::Parameter& p = spec_.parameter(which);
+    if (p.start) *value = *p.start;
+  };
+  set(StateParameter::kYoungModulus, &scene.shell.young_modulus);
+  set(StateParameter::kThickness, &scene.shell.thickness);
+  set(StateParameter::kPoissonRatio, &scene.shell.poisson_ratio);
+  for (LoadSpec& load : scene.loads) {
+    if (load.kind == LoadSpec::Kind::kGas) {
+      set(StateParameter::kGasPressure, &load.gauge_pressure);
+    }
+  }
+  return scene;
+}
+
+// Where the scans lie against the states that the scenes have as they are.
+bool Calibration::AddScans(std::string* error) {
+  for (size_t g = 0; g < spec_.grasps.size(); ++g) {
+    const StateModel& model = *(*models_)[g];
+    const ShellSurface& surface = model.problem().surface();
+    ShellFace face(surface, 0.5 * model.parameters().thickness);
+    if (!spec_.grasps[g].scans.empty()) face.SetDisplacements(model.displacements());
+    for (const CalibrationSpec::Scan& scan : spec_.grasps[g].scans) {
+      CalibrationProblem::Scan added;
+      added.grasp = static_cast<int>(g);
+      added.known_pose = scan.pose.has_value();
+      for (const size_t i : Spread(scan.cloud.points.size(), spec_.max_points)) {
+        added.points.push_back(scan.cloud.points[i]);
+      }
+      added.deviation = spec_.noise > 0.0 ? spec_.noise : 1e-3 * surface.size();
+      estimate_scan_.push_back(!(spec_.noise > 0.0));
+      if (scan.pose) {
+        added.pose = *scan.pose;
+      } else {
+        Progress("registering " + scan.file);
+        RegistrationOptions options;
+        options.noise = spec_.noise;
+        options.num_threads = options_.solver.num_threads;
+        options.max_points = spec_.max_points;
+        // The state that it is held against has yet to be fitted.
+        options.max_relative_sigma = 0.5 * kFarthest;
+        if (model.by_force() || spec_.grasps[g].travel_error > 0.0) {
+          options.max_relative_sigma = kFarthest;
+        }
+        RegistrationSummary registration;
+        std::string trouble;
+        if (!Register(face, scan.cloud.points, options, &registration, &trouble)) {
+          *error = scan.location.file + ":" + std::to_string(scan.location.line) + ": " +
+                   scan.location.key + ": " + scan.file + ": " + trouble;
+          return false;
+        }
+        if (!registration.matched) {
+          return End(Termination::kNoMatch,
+                     "no match: " + scan.file + " against " + spec_.grasps[g].scene_file + ": " +
+                         registration.verdict);
+        }
+        added.pose = registration.pose;
+      }
+      problem_->AddScan(std::move(added));
+    }
+  }
+  return true;
+}
+
+bool Calibration::AddFields(std::string* error) {
+  for (size_t g = 0; g < spec_.grasps.size(); ++g) {
+    const ShellSurface& surface = (*models_)[g]->problem().surface();
+    ShellFace middle(surface, 0.0);
+    middle.SetDisplacements(Eigen::Matrix3Xd::Zero(3, surface.mesh().num_vertices));
+    for (const CalibrationSpec::Field& field : spec_.grasps[g].fields) {
+      CalibrationProblem::Field added;
+      added.grasp = static_cast<int>(g);
+      added.components = field.components;
+      added.free_motion = field.free_motion;
+      // What lies beside the sheet by more than this part of its size is no point of it.
+      const double beside = 1e-3 * surface.size();
+      double largest = 0.0;
+      for (const size_t i : Spread(field.cloud.points.size(), spec_.max_points)) {
+        const Eigen::Vector3d& x = field.cloud.points[i];
+        const ShellFace::Foot foot = middle.Closest(x);
+        Eigen::Vector3d left = x - foot.position;
+        for (int c = 0; c < 3; ++c) {
+          if (!field.components[c])
+            left[c] = 0.0;  // A plane field need not say where its plane is.
+        }
+        if (left.norm() > beside) continue;
+        added.points.push_back(x);
+        added.measured.push_back(field.cloud.displacements[i]);
+        added.feet.push_back(foot.at);
+        largest = std::max(largest, field.cloud.displacements[i].norm());
+      }
+      if (added.points.size() < 10) {
+        *error = field.location.file + ":" + std::to_string(field.location.line) + ": " +
+                 field.location.key + ": found " + std::to_string(added.points.size()) + " of " +
+                 std::to_string(field.cloud.points.size()) +
+                 " points on the surface of the scene; allowed at least 10 (a field is in the "
+                 "scene's coordinates and unit of length)";
+        return false;
+      }
+      added.deviation = field.noise > 0.0 ? field.noise : std::max(largest, 1e-300);
+      estimate_field_.push_back(!(field.noise > 0.0));
+      problem_->AddField(std::move(added));
+    }
+  }
+  return true;
+}
+
+// Standard deviations of the points: what is known of the noise, or what is left now; and the
+// model's own errors, which neighbours share. Whether one has changed by more than 2 %.
+bool Calibration::SetDeviations() {
+  constexpr double kNormal = 1.4826;  // standard deviation / median of absolute values
+  constexpr double kChange = 0.02;
+  bool changed = false;
+  const auto set =
+      [&](bool estimated, double noise, double left, int grasp, size_t count, double* deviation) {
+        const double model = spec_.shape_error * (*models_)[grasp]->max_displacement();
+        const double regions = std::max(1.0, static_cast<double>(count) / kRegions);
+        // Exact data of our own model have no noise; rounding is the least.
+        const double least = 1e-9 * problem_->size();
+        const double now =
+            std::hypot(estimated ? std::max(left, least) : noise, model * std::sqrt(regions));
+        if (std::abs(now - *deviation) > kChange * *deviation) changed = true;
+        *deviation = now;
+      };
+  size_t s = 0, f = 0;
+  for (auto& scan : problem_->scans()) {
+    std::vector<double> distances;
+    for (const ShellFace::Foot& foot : scan.feet) distances.push_back(std::abs(foot.distance));
+    set(estimate_scan_[s],
+        spec_.noise,
+        kNormal * Median(distances),
+        scan.grasp,
+        scan.points.size(),
+        &scan.deviation);
+    ++s;
+  }
+  for (size_t g = 0; g < spec_.grasps.size(); ++g) {
+    for (const CalibrationSpec::Field& spec : spec_.grasps[g].fields) {
+      auto& field = problem_->fields()[f];
+      std::vector<double> left;
+      const double before = field.deviation;
+      for (size_t i = 0; i < field.points.size(); ++i) {
+        double residuals[3];
+        problem_->FieldResidual(field, static_cast<int>(i), residuals, nullptr);
+        for (int c = 0; c < 3; ++c) {
+          if (field.components[c]) left.push_back(std::abs(residuals[c]) * before);
+        }
+      }
+      set(estimate_field_[f],
+          spec.noise,
+          kNormal * Median(left),
+          field.grasp,
+          field.points.size(),
+          &field.deviation);
+      ++f;
+    }
+  }
+  return changed;
+}
+
+// Forces are nearly proportional to Young's modulus: Newton's first step in its logarithm would
+// overshoot by orders of magnitude from a bad start.
+bool Calibration::ScaleModulus() {
+  if (!spec_.parameter(StateParameter::kYoungModulus).asked) return true;
+  double readings = 0.0, models = 0.0;
+  for (const CalibrationProblem::Force& force : problem_->forces()) {
+    if (FindGas((*models_)[force.grasp]->scene()) != nullptr) return true;
+    readings += force.reading;
+    models += problem_->BareForceOf(force);
+  }
+  if (!(readings > 0.0) || !(models > 0.0)) return true;
+  ShellParameters parameters = problem_->Parameters();
+  parameters.young_modulus *= readings / models;
+  problem_->SetParameters(parameters);
+  return true;
+}
+
+bool Calibration::Minimise(std::string* message) {
+  class Stop : public ceres::IterationCallback {
+   public:
+    Stop(const Calibration* owner, int* iterations) : owner_(*owner), iterations_(iterations) {}
+    ceres::CallbackReturnType operator()(const ceres::IterationSummary& step) override {
+      const ShellParameters now = owner_.problem_->Parameters();
+      std::ostringstream line;
+      line.precision(6);
+      line << "iteration " << *iterations_ << "  cost " << step.cost << "  E " << now.young_modulus;
+      for (int k = 1; k < 4; ++k) {
+        const StateParameter p = static_cast<StateParameter>(k);
+        if (!owner_.spec_.parameter(p).asked) continue;
+        line << "  " << ToString(p) << " "
+             << (k == 1   ? now.thickness
+                 : k == 2 ? now.poisson_ratio
+                          : now.gas_pressure);
+      }
+      line << "  " << Format("%.2f s", Since(owner_.start_));
+      owner_.Progress(line.str());
+      ++*iterations_;
+      // Costs are squares of standard deviations: less than this is nothing, in exact data too.
+      constexpr double kNothing = 1e-10;
+      if (step.iteration > 0 && step.step_is_successful &&
+          step.cost_change <= kNothing + 1e-6 * step.cost) {
+        return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+      }
+      const SolverOptions& solver = owner_.options_.solver;
+      const bool late = solver.time_limit_s > 0.0 && Since(owner_.start_) > solver.time_limit_s;
+      return late || (solver.stop != nullptr && solver.stop->load()) ? ceres::SOLVER_ABORT
+                                                                     : ceres::SOLVER_CONTINUE;
+    }
+
+   private:
+    const Calibration& owner_;
+    int* iterations_;
+  };
+  ceres::Problem::Options problem_options;
+  problem_options.evaluation_callback = problem_.get();
+  ceres::Problem problem(problem_options);
+  problem_->Build(&problem);
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = options_.max_iterations;
+  options.function_tolerance = 0.0;  // Stop decides.
+  options.parameter_tolerance = 1e-12;
+  options.gradient_tolerance = 0.0;
+  options.update_state_every_iteration = true;
+  options.logging_type = ceres::SILENT;
+  Stop stop(this, &summary_.iterations);
+  options.callbacks.push_back(&stop);
+  ceres::Solver::Summary result;
+  ceres::Solve(options, &problem, &result);
+  summary_.cost = result.final_cost;
+  // States, feet and distances belong to the last point that Ceres tried: to the one it chose now.
+  problem_->PrepareForEvaluation(false, true);
+  if (problem_->failed()) {
+    *message = problem_->error();
+    return false;
+  }
+  if (result.termination_type == ceres::USER_FAILURE) {
+    *message = "stopped";
+    return false;
+  }
+  if (result.termination_type == ceres::CONVERGENCE ||
+      result.termination_type == ceres::USER_SUCCESS) {
+    return true;
+  }
+  *message = result.message + (problem_->error().empty() ? "" : " (" + problem_->error() + ")");
+  return false;
+}
+
+double Calibration::ToUnits(int column, double value) const {
+  return value * (column < 2 ? 1.0 : problem_->unit(column));
+}
+
+// Changes that matter: of logarithms, of Poisson's ratio, of pressures in the problem's unit.
+Eigen::VectorXd Calibration::Scales() const {
+  const std::vector<int> interest = problem_->Interest();
+  Eigen::VectorXd scales = Eigen::VectorXd::Ones(interest.size());
+  const ShellParameters now = problem_->Parameters();
+  for (size_t k = 0; k < interest.size(); ++k) {
+    if (interest[k] == 3) {
+      double scale = std::abs(now.gas_pressure);
+      for (const auto& model : *models_) {
+        const LoadSpec* const gas = FindGas(model->scene());
+        if (gas != nullptr) scale = std::max(scale, 0.1 * gas->ambient_pressure);
+      }
+      scales[k] = scale / problem_->unit(3);
+    } else if (interest[k] == 2) {
+      scales[k] = 0.3;
+    }
+  }
+  return scales;
+}
+
+// The largest relative change of a force by this change of the pressure.
+double Calibration::PressureEffect(double pressure) const {
+  double largest = 0.0;
+  for (const CalibrationProblem::Force& force : problem_->forces()) {
+    const StateDerivative* by = nullptr;
+    std::string error;
+    StateModel& model = *(*models_)[force.grasp];
+    if (FindGas(model.scene()) == nullptr ||
+        !model.Derivative(StateParameter::kGasPressure, &by, &error)) {
+      continue;
+    }
+    const double whole = std::abs(problem_->BareForceOf(force));
+    if (whole > 0.0) {
+      largest = std::max(largest, std::abs(by->force[force.finger] * pressure) / whole);
+    }
+  }
+  return largest;
+}
+
+bool Calibration::IsIdentified(StateParameter parameter, double deviation) const {
+  if (!std::isfinite(deviation)) return false;
+  switch (parameter) {
+    case StateParameter::kPoissonRatio:
+      return deviation <= kPoissonLimit;
+    case StateParameter::kGasPressure: {
+      const double pressure = std::abs(problem_->Parameters().gas_pressure);
+      return deviation <= kLogLimit * pressure ||
+             (!problem_->forces().empty() && PressureEffect(deviation) <= kPressureEffect);
+    }
+    default:
+      return deviation <= kLogLimit;
+  }
+}
+
+void Calibration::ReportSensitivities(const Posterior& posterior) {
+  const std::vector<int> interest = problem_->Interest();
+  if (interest.empty()) return;
+  const auto add =
+      [&](const std::string& to, double relative_unit, const Eigen::VectorXd& product) {
+        const Eigen::VectorXd change = posterior.ChangeBy(product) * relative_unit;
+        for (size_t k = 0; k < interest.size(); ++k) {
+          const StateParameter of = static_cast<StateParameter>(interest[k]);
+          double value = ToUnits(interest[k], change[k]);
+          bool relative = true;
+          if (of == StateParameter::kGasPressure) {
+            const double pressure = problem_->Parameters().gas_pressure;
+            relative = pressure != 0.0;
+            if (relative) value /= pressure;
+          } else if (of == StateParameter::kPoissonRatio) {
+            relative = false;
+          }
+          summary_.sensitivities.push_back({ToString(of), to, value, relative});
+        }
+      };
+  const Eigen::MatrixXd& h = posterior.information();
+  if (!spec_.parameter(StateParameter::kThickness).asked) add("thickness", 1.0, h.col(1));
+  if (!spec_.parameter(StateParameter::kPoissonRatio).asked) {
+    add("poisson_ratio", problem_->Parameters().poisson_ratio, h.col(2));
+  }
+  bool gas = false;
+  for (const auto& model : *models_) gas = gas || FindGas(model->scene()) != nullptr;
+  if (gas && !spec_.parameter(StateParameter::kGasPressure).asked) {
+    add("gas_pressure", problem_->Parameters().gas_pressure / problem_->unit(3), h.col(3));
+  }
+  if (!problem_->forces().empty()) {
+    // All readings too high by one factor: minus their residuals' derivative.
+    Eigen::VectorXd product = Eigen::VectorXd::Zero(problem_->num_unknowns());
+    for (size_t f = 0; f < problem_->forces().size(); ++f) {
+      const CalibrationProblem::Force& force = problem_->forces()[f];
+      double residual, values[7];
+      double* jacobians[7];
+      for (int k = 0; k < 7; ++k) jacobians[k] = &values[k];
+      problem_->ForceResidual(force, &residual, jacobians);
+      const int columns[7] = {0,
+                              1,
+                              2,
+                              3,
+                              CalibrationProblem::kBias,
+                              CalibrationProblem::kDrift,
+                              problem_->TravelColumn(force.grasp)};
+      for (int k = 0; k < 7; ++k) {
+        product[columns[k]] += values[k] * (-force.reading / force.error);
+      }
+    }
+    add("forces", 1.0, product);
+  }
+  // All travels too long by one factor.
+  Eigen::VectorXd product = Eigen::VectorXd::Zero(problem_->num_unknowns());
+  bool known_travels = false;
+  for (size_t g = 0; g < spec_.grasps.size(); ++g) {
+    const auto& fingers = (*models_)[g]->scene().fingers;
+    if (fingers.empty() || std::isinf(spec_.grasps[g].travel_error)) continue;
+    known_travels = true;
+    const int column = problem_->TravelColumn(static_cast<int>(g));
+    const double travel = fingers.front().travel + problem_->TravelChange(static_cast<int>(g));
+    product += h.col(column) * (travel / problem_->unit(column));
+    // A prior of the travel is about what the scene says, not what it is.
+    if (spec_.grasps[g].travel_error > 0.0) product[column] -= travel / problem_->unit(column);
+  }
+  if (known_travels) add("travel", 1.0, product);
+}
+
+void Calibration::Bootstrap(const Posterior& posterior,
+                            const std::vector<CalibrationProblem::Row>& rows) {
+  if (spec_.bootstrap <= 0) return;
+  const std::vector<int> interest = problem_->Interest();
+  std::vector<int> free = interest;
+  for (const int column : problem_->Nuisances()) free.push_back(column);
+  std::vector<int> place(problem_->num_unknowns(), -1);
+  for (size_t i = 0; i < free.size(); ++i) place[free[i]] = static_cast<int>(i);
+  // One pass over the rows of a resample; steps are linear from the estimate, states are not solved
+  // again.
+  std::vector<std::vector<size_t>> groups;
+  std::vector<size_t> single;
+  for (size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].scan < 0) {
+      single.push_back(i);
+    } else {
+      groups.resize(std::max(groups.size(), static_cast<size_t>(rows[i].scan) + 1));
+      groups[rows[i].scan].push_back(i);
+    }
+  }
+  std::mt19937_64 generator(spec_.seed);
+  const auto uniform = [&] { return (generator() >> 11) * 0x1.0p-53; };
+  const auto normal = [&] {
+    return std::sqrt(-2.0 * std::log(1.0 - uniform())) * std::cos(2.0 * M_PI * uniform());
+  };
+  const Eigen::Index n = static_cast<Eigen::Index>(free.size());
+  std::vector<std::vector<double>> values(interest.size());
+  for (int b = 0; b < spec_.bootstrap; ++b) {
+    Eigen::MatrixXd h = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
+    const auto add = [&](const CalibrationProblem::Row& row, double residual) {
+      for (size_t i = 0; i < row.columns.size(); ++i) {
+        const int pi = place[row.columns[i]];
+        if (pi < 0) continue;
+        gradient[pi] += row.weight * row.coefficients[i] * residual;
+        for (size_t j = 0; j < row.columns.size(); ++j) {
+          const int pj = place[row.columns[j]];
+          if (pj >= 0) h(pi, pj) += row.weight * row.coefficients[i] * row.coefficients[j];
+        }
+      }
+    };
+    for (const std::vector<size_t>& group : groups) {
+      for (size_t k = 0; k < group.size(); ++k) {
+        const size_t i = group[static_cast<size_t>(uniform() * group.size())];
+        add(rows[i], rows[i].residual);
+      }
+    }
+    // There is one of each reading and prior: their errors are drawn.
+    for (const size_t i : single) add(rows[i], rows[i].residual + normal());
+    const Eigen::VectorXd step = -ScaledPseudoInverse(h, 1e-11) * gradient;
+    for (size_t k = 0; k < interest.size(); ++k) values[k].push_back(step[k]);
+  }
+  (void)posterior;
+  for (size_t k = 0; k < interest.size(); ++k) {
+    std::sort(values[k].begin(), values[k].end());
+    const auto quantile = [&](double q) {
+      const double at = q * (values[k].size() - 1);
+      const size_t below = static_cast<size_t>(at);
+      const size_t above = std::min(below + 1, values[k].size() - 1);
+      return values[k][below] + (at - below) * (values[k][above] - values[k][below]);
+    };
+    Estimate& estimate = summary_.estimates[k];
+    const auto value = [&](double step) {
+      return interest[k] < 2 ? estimate.value * std::exp(step)
+                             : estimate.value + ToUnits(interest[k], step);
+    };
+    estimate.bootstrap = {value(quantile(0.025)), value(quantile(0.975))};
+  }
+}
+
+// Which more or less firm grasp would tell the parameters apart best, in words; empty where none of
+// those tried does.
+std::string Calibration::SeparatingGrasp(const Posterior& posterior,
+                                         const Eigen::VectorXd& scales,
+                                         size_t which) {
+  constexpr double kFactors[] = {0.25, 0.5, 1.5, 2.0};
+  const std::vector<int> interest = problem_->Interest();
+  double best = posterior.Find(scales).deviations[which];
+  std::string words;
+  for (const CalibrationProblem::Force& force : problem_->forces()) {
+    StateModel& model = *(*models_)[force.grasp];
+    if (model.scene().fingers.empty()) continue;
+    const double travel = model.scene().fingers[force.finger].travel;
+    const ShellParameters now = problem_->Parameters();
+    const double present = model.travel_change();
+    for (const double factor : kFactors) {
+      std::string error;
+      const double change = factor * (travel + present) - travel;
+      if (!model.Solve(now, change, &error)) continue;
+      Posterior more = posterior;
+      Eigen::VectorXd row = Eigen::VectorXd::Zero(problem_->num_unknowns());
+      bool known = true;
+      for (size_t k = 0; k < interest.size(); ++k) {
+        const StateDerivative* by = nullptr;
+        known = known && model.Derivative(static_cast<StateParameter>(interest[k]), &by, &error);
+        if (known) {
+          row[interest[k]] = problem_->unit(interest[k]) * by->force[force.finger] / force.error;
+        }
+      }
+      if (!known) continue;
+      row[CalibrationProblem::kBias] =
+          model.forces()[force.finger] * problem_->unit(CalibrationProblem::kBias) / force.error;
+      more.Add(row, 0.0);
+      const double deviation = more.Find(scales).deviations[which];
+      if (deviation < 0.5 * best) {
+        best = deviation;
+        const StateParameter parameter = static_cast<StateParameter>(interest[which]);
+        const double units = ToUnits(interest[which], deviation);
+        words =
+            "a second grasp with a travel of " + Number(factor * (travel + present)) +
+            " of finger " + model.scene().fingers[force.finger].name + ", its force read to " +
+            Number(force.error) + " (about " + Number(model.forces()[force.finger]) +
+            "), would leave +-" +
+            (parameter == StateParameter::kYoungModulus || parameter == StateParameter::kThickness
+                 ? Percent(std::expm1(kTwoSided95 * units))
+                 : Number(kTwoSided95 * units));
+      }
+    }
+    std::string ignored;
+    model.Solve(now, present, &ignored);
+    break;  // One force tells as much about candidates as all.
+  }
+  return words;
+}
+
+void Calibration::ReportEstimates() {
+  const std::vector<int> interest = problem_->Interest();
+  Posterior data(problem_->num_unknowns(), interest);
+  data.SetFree(problem_->Nuisances());
+  std::vector<CalibrationProblem::Row> rows;
+  if (!problem_->Linearise(&data, spec_.bootstrap > 0 ? &rows : nullptr)) {
+    summary_.notes.push_back("no derivatives at the estimate: " + problem_->error());
+    return;
+  }
+  Posterior posterior = data;
+  const ShellParameters now = problem_->Parameters();
+  for (const int k : interest) {
+    const CalibrationSpec::Parameter& p = spec_.parameters[k];
+    if (!p.prior) continue;
+    const double deviation = k < 2 ? *p.prior_error / *p.prior : *p.prior_error / problem_->unit(k);
+    const double value = k == 0   ? std::log(now.young_modulus / *p.prior)
+                         : k == 1 ? std::log(now.thickness / *p.prior)
+                         : k == 2 ? now.poisson_ratio - *p.prior
+                                  : (now.gas_pressure - *p.prior) / problem_->unit(3);
+    CalibrationProblem::Row row;
+    row.columns = {k};
+    row.coefficients = Eigen::VectorXd::Constant(1, 1.0 / deviation);
+    row.residual = value / deviation;
+    posterior.Add(row.columns, row.coefficients, row.residual);
+    rows.push_back(row);
+  }
+  const Eigen::VectorXd scales = Scales();
+  const Posterior::Spread spread = posterior.Find(scales), alone = data.Find(scales);
+
+  bool no_signal = !problem_->forces().empty();
+  for (const CalibrationProblem::Force& force : problem_->forces()) {
+    no_signal = no_signal && std::abs(force.reading) < kSignal * force.error;
+  }
+  bool all_identified = true;
+  for (size_t k = 0; k < interest.size(); ++k) {
+    Estimate estimate;
+    estimate.parameter = static_cast<StateParameter>(interest[k]);
+    estimate.value = interest[k] == 0   ? now.young_modulus
+                     : interest[k] == 1 ? now.thickness
+                     : interest[k] == 2 ? now.poisson_ratio
+                                        : now.gas_pressure;
+    estimate.deviation = ToUnits(interest[k], spread.deviations[k]);
+    const double reach = kTwoSided95 * estimate.deviation;
+    if (interest[k] < 2) {
+      estimate.interval = {estimate.value * std::exp(-reach), estimate.value * std::exp(reach)};
+    } else {
+      estimate.interval = {estimate.value - reach, estimate.value + reach};
+      if (interest[k] == 2) {
+        estimate.interval[0] = std::max(estimate.interval[0], -1.0);
+        estimate.interval[1] = std::min(estimate.interval[1], 0.5);
+      }
+    }
+    const bool by_data =
+        IsIdentified(estimate.parameter, ToUnits(interest[k], alone.deviations[k]));
+    estimate.identifiable = IsIdentified(estimate.parameter, estimate.deviation);
+    const bool is_modulus = estimate.parameter == StateParameter::kYoungModulus;
+    if (is_modulus && no_signal && spec_.parameters[0].prior == std::nullopt &&
+        problem_->fields().empty()) {
+      estimate.identifiable = false;
+      estimate.verdict =
+          "not identifiable: no force reading is above " + Number(kSignal) +
+          " times its error, so that any small modulus explains them; a firmer grasp is needed";
+    } else if (estimate.identifiable && by_data) {
+      estimate.verdict = "identified";
+    } else if (estimate.identifiable) {
+      estimate.verdict = "known from its prior; the measurements do not tell it";
+    } else {
+      std::ostringstream text;
+      text << "not identifiable: the measurements leave " << Words(estimate.parameter)
+           << " open by ";
+      if (!std::isfinite(estimate.deviation)) {
+        text << "any amount";
+      } else if (interest[k] < 2) {
+        text << "a factor of " << Number(std::exp(reach));
+      } else {
+        text << "+-" << Number(reach);
+      }
+      // What it trades against, along the direction that is determined least.
+      size_t other = k;
+      for (size_t j = 0; j < interest.size(); ++j) {
+        if (j != k && std::abs(spread.weakest[j]) > 0.1 &&
+            (other == k || std::abs(spread.weakest[j]) > std::abs(spread.weakest[other]))) {
+          other = j;
+        }
+      }
+      if (other != k && std::abs(spread.weakest[k]) > 0.1) {
+        text << ", more of it against "
+             << (spread.weakest[k] * spread.weakest[other] < 0.0 ? "less" : "more") << " of "
+             << Words(static_cast<StateParameter>(interest[other]));
+      }
+      const std::string grasp = SeparatingGrasp(posterior, scales, k);
+      if (!grasp.empty()) {
+        text << "; " << grasp;
+      } else if (problem_->forces().empty() && is_modulus) {
+        text << "; a reading of a finger's force is needed";
+      }
+      estimate.verdict = text.str();
+    }
+    all_identified = all_identified && estimate.identifiable;
+    summary_.estimates.push_back(estimate);
+  }
+  if (all_identified) summary_.correlation = spread.correlation;
+  ReportSensitivities(posterior);
+  Bootstrap(posterior, rows);
+  for (size_t g = 0; g < spec_.grasps.size(); ++g) {
+    const int column = problem_->TravelColumn(static_cast<int>(g));
+    const double h = posterior.information()(column, column);
+    if (spec_.grasps[g].travel_error > 0.0 && h > 0.0) {
+      summary_.grasps[g].travel_deviation = problem_->unit(column) / std::sqrt(h);
+    }
+  }
+}
+
+void Calibration::Report() {
+  summary_.grasps.clear();
+  for (size_t g = 0; g < spec_.grasps.size(); ++g) {
+    const StateModel& model = *(*models_)[g];
+    CalibrationSummary::Grasp grasp;
+    grasp.scene = spec_.grasps[g].scene_file;
+    grasp.theory = model.summary().theory;
+    grasp.travel_change = problem_->TravelChange(static_cast<int>(g));
+    grasp.max_displacement = model.max_displacement();
+    for (const CalibrationProblem::Force& force : problem_->forces()) {
+      if (force.grasp != static_cast<int>(g)) continue;
+      grasp.forces.push_back({model.scene().fingers[force.finger].name,
+                              force.reading,
+                              problem_->ForceOf(force),
+                              force.error});
+    }
+    size_t used = 0;
+    for (size_t s = 0; s < problem_->scans().size(); ++s) {
+      const CalibrationProblem::Scan& scan = problem_->scans()[s];
+      if (scan.grasp != static_cast<int>(g)) continue;
+      CalibrationSummary::Scan report;
+      report.file = spec_.grasps[g].scans[used++].file;
+      report.pose = problem_->PoseOf(static_cast<int>(s));
+      report.deviation = scan.deviation;
+      report.points = static_cast<int>(scan.points.size());
+      std::vector<double> inliers;
+      for (const ShellFace::Foot& foot : scan.feet) {
+        if (std::abs(foot.distance) <= 3.0 * scan.deviation) inliers.push_back(foot.distance);
+      }
+      report.distances = MakeDistanceStatistics(inliers);
+      report.inliers = static_cast<double>(inliers.size()) / std::max(1, report.points);
+      grasp.scans.push_back(report);
+    }
+    used = 0;
+    for (const CalibrationProblem::Field& field : problem_->fields()) {
+      if (field.grasp != static_cast<int>(g)) continue;
+      CalibrationSummary::Field report;
+      const CalibrationSpec::Field& spec = spec_.grasps[g].fields[used++];
+      report.file = spec.file;
+      report.points = static_cast<int>(field.points.size());
+      const size_t asked = Spread(spec.cloud.points.size(), spec_.max_points).size();
+      report.beside = static_cast<int>(asked) - report.points;
+      double sum = 0.0;
+      int count = 0;
+      for (size_t i = 0; i < field.points.size(); ++i) {
+        double residuals[3];
+        problem_->FieldResidual(field, static_cast<int>(i), residuals, nullptr);
+        for (int c = 0; c < 3; ++c) {
+          if (!field.components[c]) continue;
+          sum += residuals[c] * residuals[c];
+          ++count;
+        }
+      }
+      report.rms = field.deviation * std::sqrt(sum / std::max(1, count));
+      grasp.fields.push_back(report);
+    }
+    summary_.grasps.push_back(std::move(grasp));
+  }
+  summary_.model_bias = problem_->bias();
+  summary_.drift = problem_->drift();
+  summary_.rest_offset = problem_->rest_offset();
+}
+
+bool Calibration::Run(std::vector<std::unique_ptr<StateModel>>* models, std::string* error) {
+  models_ = models;
+  models->clear();
+  for (const CalibrationSpec::Grasp& grasp : spec_.grasps) {
+    Progress("solving " + grasp.scene_file);
+    auto model = StateModel::Create(SceneOf(grasp), options_.solver, error);
+    if (model == nullptr) {
+      // A scene that cannot be posed is bad input; one without solution is trouble.
+      return error->find("has no solution") != std::string::npos ? End(Termination::kFailed, *error)
+                                                                 : false;
+    }
+    models->push_back(std::move(model));
+  }
+  problem_ = std::make_unique<CalibrationProblem>(spec_, models);
+  if (!AddScans(error) || !AddFields(error)) return false;
+  if (summary_.termination == Termination::kNoMatch) return true;
+  problem_->Finish();
+  if (!ScaleModulus()) return true;
+  problem_->PrepareForEvaluation(false, true);
+  if (problem_->failed()) return End(Termination::kFailed, problem_->error());
+  SetDeviations();
+  std::string message;
+  bool converged = false;
+  constexpr int kRounds = 6;
+  for (int round = 0; round < kRounds; ++round) {
+    converged = Minimise(&message);
+    if (!converged) break;
+    const bool estimated =
+        std::find(estimate_scan_.begin(), estimate_scan_.end(), true) != estimate_scan_.end() ||
+        std::find(estimate_field_.begin(), estimate_field_.end(), true) != estimate_field_.end();
+    if (!SetDeviations() || (!estimated && round > 0)) break;
+  }
+  Report();
+  for (const auto& model : *models) {
+    summary_.work.solutions += model->work().solutions;
+    summary_.work.factorisations += model->work().factorisations;
+    summary_.work.iterations += model->work().iterations;
+    summary_.work.solve_s += model->work().solve_s;
+    summary_.work.derivative_s += model->work().derivative_s;
+  }
+  summary_.seconds = Since(start_);
+  if (!converged) {
+    return End(message == "stopped" ? Termination::kStopped : Termination::kNotConverged, message);
+  }
+  ReportEstimates();
+  summary_.seconds = Since(start_);
+  return End(Termination::kConverged, "converged");
+}
+
+}  // namespace
+
+bool CalibrationSpec::IsValid(std::string* error) const {
+  const auto fail = [&](const std::string& what) {
+    *error = what;
+    return false;
+  };
+  bool asked = false, data = false;
+  for (const Parameter& p : parameters) asked = asked || p.asked;
+  if (!asked) return fail("no parameter is asked for");
+  if (grasps.empty()) return fail("there are no grasps");
+  for (const Grasp& grasp : grasps) {
+    data = data || !grasp.scans.empty() || !grasp.fields.empty() || !grasp.forces.empty();
+    for (const ForceReading& force : grasp.forces) {
+      if (force.finger < 0 || force.finger >= static_cast<int>(grasp.scene.fingers.size())) {
+        return fail("a force reading names no finger of its scene");
+      }
+      if (!(force.error > 0.0)) return fail("the error of a force reading must be positive");
+    }
+    if (!(grasp.travel_error >= 0.0)) return fail("travel_error must not be negative");
+  }
+  if (!data) return fail("there is nothing measured");
+  if (!(noise >= 0.0)) return fail("noise must not be negative");
+  if (!(model_error >= 0.0) || !(shape_error >= 0.0) || !(force_drift >= 0.0)) {
+    return fail("errors must not be negative");
+  }
+  return true;
+}
+
+const Estimate* CalibrationSummary::Find(StateParameter parameter) const {
+  for (const Estimate& estimate : estimates) {
+    if (estimate.parameter == parameter) return &estimate;
+  }
+  return nullptr;
+}
+
+std::string CalibrationSummary::FullReport() const {
+  std::ostringstream out;
+  out << message << ": " << iterations << " iterations, " << work.solutions << " solutions in "
+      << Format("%.2f s", work.solve_s) << ", derivatives " << Format("%.2f s", work.derivative_s)
+      << ", in all " << Format("%.2f s", seconds) << "\n";
+  for (const Estimate& estimate : estimates) {
+    out << "  " << ToString(estimate.parameter) << " " << Format("%.6g", estimate.value);
+    if (std::isfinite(estimate.deviation)) {
+      out << "  [" << Number(estimate.interval[0]) << ", " << Number(estimate.interval[1])
+          << "] 95 %";
+    }
+    if (estimate.bootstrap) {
+      out << "  bootstrap [" << Number((*estimate.bootstrap)[0]) << ", "
+          << Number((*estimate.bootstrap)[1]) << "]";
+    }
+    out << "  " << estimate.verdict << "\n";
+  }
+  if (correlation.rows() > 1) {
+    for (Eigen::Index i = 0; i < correlation.rows(); ++i) {
+      for (Eigen::Index j = 0; j < i; ++j) {
+        out << "  correlation of " << ToString(estimates[i].parameter) << " and "
+            << ToString(estimates[j].parameter) << ": " << Format("%.3f", correlation(i, j))
+            << "\n";
+      }
+    }
+  }
+  for (const Sensitivity& sensitivity : sensitivities) {
+    out << "  1 % more of " << sensitivity.to << ": " << sensitivity.of << " "
+        << Format("%+.3f", sensitivity.relative ? sensitivity.value : 0.01 * sensitivity.value)
+        << (sensitivity.relative ? " %" : "") << "\n";
+  }
+  if (linear_young_modulus) {
+    out << "  in the linear theory young_modulus would be " << Format("%.6g", *linear_young_modulus)
+        << "\n";
+  }
+  for (const Grasp& grasp : grasps) {
+    out << "  " << grasp.scene << ": " << darboux::ToString(grasp.theory) << " theory";
+    if (grasp.travel_change != 0.0) {
+      out << ", travel " << Format("%+.4g", grasp.travel_change) << " +- "
+          << Number(grasp.travel_deviation);
+    }
+    out << "\n";
+    for (const Force& force : grasp.forces) {
+      out << "    force of " << force.finger << ": read " << Number(force.reading) << " +- "
+          << Number(force.error) << ", computed " << Number(force.model) << "\n";
+    }
+    for (const Scan& scan : grasp.scans) {
+      out << "    scan " << scan.file << ": " << scan.points << " points, "
+          << Format("%.1f %%", 100.0 * scan.inliers) << " inliers, distance mean "
+          << Number(scan.distances.mean_abs) << ", rms " << Number(scan.distances.rms)
+          << ", largest " << Number(scan.distances.max) << "\n";
+    }
+    for (const Field& field : grasp.fields) {
+      out << "    field " << field.file << ": " << field.points << " points, " << field.beside
+          << " beside the surface, rms " << Number(field.rms) << "\n";
+    }
+  }
+  for (const std::string& note : notes) out << "  " << note << "\n";
+  return out.str();
+}
+
+bool Calibrate(const CalibrationSpec& spec,
+               const CalibrationOptions& options,
+               CalibrationSummary* summary,
+               std::vector<std::unique_ptr<StateModel>>* models,
+               std::string* error) {
+  *summary = CalibrationSummary();
+  if (!spec.IsValid(error) || !options.solver.IsValid(error)) return false;
+  std::vector<std::unique_ptr<StateModel>> own;
+  Calibration calibration(spec, options, summary);
+  if (!calibration.Run(models != nullptr ? models : &own, error)) return false;
+  const auto& used = models != nullptr ? *models : own;
+  const bool nonlinear =
+      std::any_of(used.begin(), used.end(), [](const std::unique_ptr<StateModel>& model) {
+        return model->summary().theory == Theory::kNonlinear;
+      });
+  if (spec.compare_linear && nonlinear && summary->IsConverged() &&
+      summary->Find(StateParameter::kYoungModulus) != nullptr) {
+    CalibrationSpec linear = spec;
+    linear.theory = Theory::kLinear;
+    linear.compare_linear = false;
+    linear.bootstrap = 0;
+    CalibrationSummary result;
+    std::string trouble;
+    if (options.on_progress) options.on_progress("the same in the linear theory");
+    if (Calibrate(linear, options, &result, nullptr, &trouble) && result.IsConverged()) {
+      summary->linear_young_modulus = result.Find(StateParameter::kYoungModulus)->value;
+    } else {
+      summary->notes.push_back("the linear theory has no answer: " +
+                               (trouble.empty() ? result.message : trouble));
+    }
+  }
+  return true;
+}
+
+}  // namespace darboux
