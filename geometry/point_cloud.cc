@@ -386,6 +386,15 @@ bool WritePointCloud(const std::string& file,
                      const PointCloud& cloud,
                      const std::vector<std::string>& comment,
                      std::string* error) {
+  std::string text;
+  return FormatPointCloud(file, cloud, comment, &text, error) && WriteBytes(file, text, error);
+}
+
+bool FormatPointCloud(const std::string& file,
+                      const PointCloud& cloud,
+                      const std::vector<std::string>& comment,
+                      std::string* out,
+                      std::string* error) {
   CHECK(cloud.normals.empty() || cloud.normals.size() == cloud.points.size());
   CHECK(cloud.displacements.empty() || cloud.displacements.size() == cloud.points.size());
   const auto fail = [&](const std::string& what) {
@@ -431,7 +440,8 @@ bool WritePointCloud(const std::string& file,
     }
     text += '\n';
   }
-  return WriteBytes(file, text, error);
+  *out = std::move(text);
+  return true;
 }
 
 double Extent(const std::vector<Eigen::Vector3d>& points) {

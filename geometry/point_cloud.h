@@ -48,6 +48,13 @@ bool WritePointCloud(const std::string& file,
                      const std::vector<std::string>& comment,
                      std::string* error);
 
+// The same as text, for whoever writes it with other files.
+bool FormatPointCloud(const std::string& file,
+                      const PointCloud& cloud,
+                      const std::vector<std::string>& comment,
+                      std::string* text,
+                      std::string* error);
+
 // Diagonal of the bounding box; 0 without points.
 double Extent(const std::vector<Eigen::Vector3d>& points);
 

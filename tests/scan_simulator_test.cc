@@ -391,7 +391,7 @@ TEST(ScanSimulatorTest, BodiesOfAllShapesCutTheSegmentsThatEnterThem) {
           {0.5 * Vector3d(uniform(), uniform(), uniform()),
            Eigen::AngleAxisd(3.0 * uniform(), Vector3d(1, 2, 3).normalized()).toRotationMatrix()}};
       const Vector3d from(2 * uniform(), 2 * uniform(), 2 * uniform());
-      const Vector3d to(2 * uniform(), 2 * uniform(), 2 * uniform());
+      const Vector3d to = -from + 0.5 * Vector3d(uniform(), uniform(), uniform());
       double least = std::numeric_limits<double>::infinity();
       constexpr int kSteps = 400;
       for (int k = 0; k <= kSteps; ++k) {
@@ -409,7 +409,7 @@ TEST(ScanSimulatorTest, BodiesOfAllShapesCutTheSegmentsThatEnterThem) {
       }
     }
     EXPECT_GT(cuts, 40);
-    EXPECT_LT(cuts, 360);
+    EXPECT_LT(cuts, 400);
   }
 }
 
