@@ -2,6 +2,7 @@
 #define DARBOUX_GEOMETRY_POINT_CLOUD_H_
 
 #include <Eigen/Core>
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,9 +49,10 @@ bool WritePointCloud(const std::string& file,
                      const std::vector<std::string>& comment,
                      std::string* error);
 
-// The same as text, for whoever writes it with other files.
+// The same as text, for whoever writes it with other files. .ply: with faces, where there are any.
 bool FormatPointCloud(const std::string& file,
                       const PointCloud& cloud,
+                      const std::vector<std::array<int, 3>>& triangles,
                       const std::vector<std::string>& comment,
                       std::string* text,
                       std::string* error);

@@ -370,6 +370,27 @@ bool ScanOptions::IsValid(std::string* error) const {
   return true;
 }
 
+FacePoint EvaluateFace(const ShellSurface& surface,
+                       const Eigen::Matrix3Xd& displacements,
+                       double offset,
+                       const ElementPoint& at) {
+  const StrainPoint point = surface.MakePoint(at);
+  const std::vector<int>& vertices = surface.control_vertices(at.element);
+  Vector3d x = point.position, x1 = point.t1, x2 = point.t2;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    const Vector3d u = displacements.col(vertices[i]);
+    x += point.weights(kRowValue, column) * u;
+    x1 += point.weights(kRowD1, column) * u;
+    x2 += point.weights(kRowD2, column) * u;
+  }
+  const Vector3d normal = x1.cross(x2);
+  const double length = normal.norm();
+  // A crumpled point has none; the rest state's is as good as any.
+  const Vector3d n = length > 0.0 && std::isfinite(length) ? Vector3d(normal / length) : point.n;
+  return {x + offset * n, n};
+}
+
 ScanSurface ScanSurfaceOf(const ShellSurface& surface,
                           const Eigen::Matrix3Xd& displacements,
                           double offset,
@@ -377,23 +398,8 @@ ScanSurface ScanSurfaceOf(const ShellSurface& surface,
   CHECK_GE(parts, 1);
   CHECK_EQ(displacements.cols(), surface.mesh().num_vertices);
   const auto evaluate = [&surface, displacements, offset](const ElementPoint& at) {
-    const StrainPoint point = surface.MakePoint(at);
-    const std::vector<int>& vertices = surface.control_vertices(at.element);
-    Vector3d x = point.position, x1 = point.t1, x2 = point.t2;
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      const auto column = static_cast<Eigen::Index>(i);
-      const Vector3d u = displacements.col(vertices[i]);
-      x += point.weights(kRowValue, column) * u;
-      x1 += point.weights(kRowD1, column) * u;
-      x2 += point.weights(kRowD2, column) * u;
-    }
-    const Vector3d normal = x1.cross(x2);
-    const double length = normal.norm();
-    // A crumpled point has none; the rest state's is as good as any.
-    const Vector3d n = length > 0.0 && std::isfinite(length) ? Vector3d(normal / length) : point.n;
-    return FacePoint{x + offset * n, n};
+    return EvaluateFace(surface, displacements, offset, at);
   };
-
   ScanSurface scanned;
   struct Corner {
     double s, t;
@@ -668,6 +674,7 @@ bool SimulateScan(const ScanSurface& surface,
   for (std::size_t i = 0; i < count; ++i) {
     ScanTruth truth;
     truth.face = seen[i].face;
+    truth.number = seen[i].number;
     truth.view = seen[i].view;
     truth.outlier = kinds[i];
     RandomStream noise(options.seed, kNoise, seen[i].number);

@@ -37,14 +37,18 @@ struct ScanSurface {
   std::vector<FacePoint> points;
 };
 
-// The face at `offset` (h/2: the outer one) from the middle surface sigma + delta, with control
-// displacements delta,
+// A point of the face at `offset` (h/2: the outer one) from the middle surface sigma + delta, with
+// control displacements delta, a column per control vertex:
 //
-//   x = sigma + delta + offset n',   n' the unit normal of the deformed middle surface,
-//
-// every element cut into parts^2 triangles. Points lie on x itself, not on the triangles; they are
-// uniform by area but for the variation of the area element within a triangle. The surface must
-// outlive the result.
+//   x = sigma + delta + offset n',   n' the unit normal of the deformed middle surface.
+FacePoint EvaluateFace(const ShellSurface& surface,
+                       const Eigen::Matrix3Xd& displacements,
+                       double offset,
+                       const ElementPoint& at);
+
+// This face, every element cut into parts^2 triangles. Points lie on x itself, not on the
+// triangles; they are uniform by area but for the variation of the area element within a triangle.
+// The surface must outlive the result.
 ScanSurface ScanSurfaceOf(const ShellSurface& surface,
                           const Eigen::Matrix3Xd& displacements,
                           double offset,
@@ -109,7 +113,9 @@ enum class OutlierKind { kNone = 0, kSpike = 1, kStray = 2 };
 
 // What is known about a point, in the frame of the model.
 struct ScanTruth {
-  FacePoint face;      // before noise, bias and spike; of a stray point where it is, no normal
+  FacePoint face;  // before noise, bias and spike; of a stray point where it is, no normal
+  // Of the point among those given, or of the random draw.
+  std::uint64_t number = 0;
   int view = -1;       // that it is measured from; -1: none
   double noise = 0.0;  // along the ray, away from the viewpoint (along the normal: outward)
   double bias = 0.0;   // along the normal, outward, or as the noise

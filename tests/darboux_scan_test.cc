@@ -368,6 +368,58 @@ TEST_F(DarbouxScanTest, TheFormatMayBePlyAndAnEarlierScanGoes) {
   EXPECT_EQ(ply.normals, csv.normals);
 }
 
+TEST_F(DarbouxScanTest, AScanOfVerticesMayBeAMesh) {
+  const std::vector<std::string> flags = {
+      "--noise=0", "--sampling=vertices", "--format=ply", "--points=100000"};
+  const auto scan = [&](const std::string& surface, const std::vector<std::string>& more) {
+    std::vector<std::string> words = flags;
+    words.insert(words.begin(), surface);
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(Run(words), 0) << Stderr();
+    TriangleMesh mesh;
+    std::string error;
+    EXPECT_TRUE(ReadMesh((Out() / "scan.ply").string(), &mesh, &error)) << error;
+    return mesh;
+  };
+  const TriangleMesh whole = MakeIcosphere(10.0, 8);
+  EXPECT_EQ(scan(sphere_, {}).triangles, whole.triangles);
+  // Strays are corners of nothing.
+  const TriangleMesh part = scan(sphere_, {"--outliers=0.1", "--spike_share=0", "--motion=none"});
+  EXPECT_EQ(part.vertices.size(), whole.vertices.size());
+  EXPECT_LT(part.triangles.size(), whole.triangles.size());
+  for (const std::array<int, 3>& t : part.triangles) {
+    for (const int v : t) {
+      EXPECT_NEAR(part.vertices[static_cast<std::size_t>(v)].norm(), 10.0, 1e-12);
+    }
+  }
+  // 16 x 16 cells of two triangles, each of them four.
+  const TriangleMesh plate = scan(plate_, {"--motion=none"});
+  EXPECT_EQ(plate.vertices.size(), 33u * 33u);
+  EXPECT_EQ(plate.triangles.size(), 2048u);
+  double highest = 0.0;
+  for (const Vector3d& x : plate.vertices) highest = std::max(highest, x.z());
+  EXPECT_NEAR(highest, 0.63817, 5e-5);
+}
+
+TEST_F(DarbouxScanTest, MillimetresGiveTheScanInMetres) {
+  const std::string metres = Write("metres.yaml", R"(name: clamped-plate
+surface: {kind: plane, u: [0, 0.1], v: [0, 0.1], divisions: [16, 16]}
+shell: {thickness: 0.001, young_modulus: 1.0e13, poisson_ratio: 0.3}
+model: {theory: linear}
+supports: [{on: rim, clamped: true}]
+loads: [{kind: normal_traction, value: 1.0e6}]
+)");
+  ASSERT_EQ(Run({plate_, "--unit=mm", "--outliers=0.1", "--bias=0.1", "--bias_length=20"}), 0);
+  const PointCloud a = Cloud("scan.csv");
+  ASSERT_EQ(Run({metres, "--unit=m", "--outliers=0.1", "--bias=1e-4", "--bias_length=0.02"}), 0);
+  const PointCloud b = Cloud("scan.csv");
+  ASSERT_EQ(a.points.size(), b.points.size());
+  const double size = Extent(a.points);
+  for (std::size_t i = 0; i < a.points.size(); ++i) {
+    EXPECT_LT((a.points[i] - 1000.0 * b.points[i]).norm(), 1e-9 * size);
+  }
+}
+
 TEST_F(DarbouxScanTest, FilesAppearTogetherOrNotAtAll) {
   fs::create_directories(Out() / "truth.json");
   EXPECT_EQ(Run({sphere_, "--noise=0.1"}), 1);
@@ -413,7 +465,6 @@ TEST_F(DarbouxScanTest, BadInputIsOneLineAndWritesNothing) {
       {{sphere_, "--noise=0", "--nois=1"}, "did you mean '--noise'?"},
       {{plate_, "--noise=0", "--thickness=1"}, "--thickness: found '1'; allowed with a file"},
       {{plate_, "--noise=0", "--scene=a.yaml"}, "--scene: found 'a.yaml'; allowed with a file"},
-      {{plate_, "--noise=0", "--sampling=vertices"}, "--sampling: found 'vertices'; allowed with"},
       {{inward, "--noise=0"}, "inward.off:0: found a closed mesh wound inwards; allowed"},
       {{broken, "--noise=0"}, "broken.csv:2: found 2 columns; allowed 3"},
       {{nothing, "--noise=0"}, "nothing.csv:1: found no points; allowed"},

@@ -28,6 +28,7 @@
 #include "geometry/scan_simulator.h"
 #include "geometry/text_file.h"
 #include "solver/accuracy.h"
+#include "solver/fields.h"
 #include "solver/file_set.h"
 #include "solver/results.h"
 #include "solver/shell_solver.h"
@@ -79,7 +80,8 @@ DEFINE_double(grazing,
               "to 90.");
 DEFINE_string(sampling,
               "area",
-              "area: random points, uniform by area; vertices: those of a mesh file, seen ones.");
+              "area: random points, uniform by area; vertices: those of a mesh file, or of the "
+              "mesh of deformed.ply for a scene, seen ones. Such a scan.ply has faces.");
 DEFINE_int32(state, 0, "Load step of the scene to scan, from 1; 0 for the last.");
 DEFINE_double(thickness,
               -1.0,
@@ -191,9 +193,6 @@ bool OptionsFromFlags(bool is_scene, ScanOptions* options, std::string* error) {
       return none_with_scenes("thickness", "a scene has shell.thickness");
     }
     if (!FLAGS_scene.empty()) return none_with_scenes("scene", "the argument is a scene");
-    if (FLAGS_sampling == "vertices") {
-      return none_with_scenes("sampling", "a scene is scanned by area");
-    }
   } else if (FLAGS_state != 0) {
     return FailFlag("state", "with a scene; a file has one state", error);
   }
@@ -284,11 +283,21 @@ int SolveScene(const std::string& file, Target* target, std::string* error) {
   }
   const ShellSurface& surface = target->problem->surface();
   target->thickness = scene.shell.thickness;
-  // Fine elements need not be cut as finely.
-  constexpr double kTriangles = 1e5;
-  const int parts = std::clamp(
-      static_cast<int>(std::lround(std::sqrt(kTriangles / surface.num_elements()))), 1, 4);
-  target->surface = ScanSurfaceOf(surface, step.displacements, 0.5 * target->thickness, parts);
+  const double offset = 0.5 * target->thickness;
+  if (FLAGS_sampling == "vertices") {
+    OutputMesh mesh = MakeOutputMesh(surface);
+    for (const ElementPoint& at : mesh.points) {
+      target->surface.points.push_back(EvaluateFace(surface, step.displacements, offset, at));
+      target->surface.mesh.vertices.push_back(target->surface.points.back().position);
+    }
+    target->surface.mesh.triangles = std::move(mesh.triangles);
+  } else {
+    // Fine elements need not be cut as finely.
+    constexpr double kTriangles = 1e5;
+    const int parts = std::clamp(
+        static_cast<int>(std::lround(std::sqrt(kTriangles / surface.num_elements()))), 1, 4);
+    target->surface = ScanSurfaceOf(surface, step.displacements, offset, parts);
+  }
   for (std::size_t f = 0; f < scene.fingers.size(); ++f) {
     const FingerSpec& spec = scene.fingers[f];
     if (spec.shape == FingerSpec::Shape::kPin) continue;  // As thin as a ray.
@@ -366,24 +375,23 @@ bool ReadSurface(const std::string& file, Target* target, std::string* error) {
   if (!is_table && !ReadVertices(file, &mesh, &unused, error)) return false;
   if (!mesh.triangles.empty()) {
     mesh.vertices = cloud.points;
-    // Other vertices would count for the extent.
+    // Vertices of no face would count for the extent.
     std::vector<int> index(mesh.vertices.size(), -1);
+    for (const std::array<int, 3>& t : mesh.triangles) {
+      for (const int v : t) index[static_cast<std::size_t>(v)] = 0;
+    }
     TriangleMesh used;
     std::vector<Eigen::Vector3d> normals;
-    for (std::array<int, 3>& t : mesh.triangles) {
-      for (int& v : t) {
-        int& at = index[static_cast<std::size_t>(v)];
-        if (at < 0) {
-          at = static_cast<int>(used.vertices.size());
-          used.vertices.push_back(mesh.vertices[static_cast<std::size_t>(v)]);
-          if (!cloud.normals.empty()) {
-            normals.push_back(cloud.normals[static_cast<std::size_t>(v)]);
-          }
-        }
-        v = at;
-      }
+    for (std::size_t v = 0; v < index.size(); ++v) {
+      if (index[v] < 0) continue;
+      index[v] = static_cast<int>(used.vertices.size());
+      used.vertices.push_back(mesh.vertices[v]);
+      if (!cloud.normals.empty()) normals.push_back(cloud.normals[v]);
     }
     used.triangles = std::move(mesh.triangles);
+    for (std::array<int, 3>& t : used.triangles) {
+      for (int& v : t) v = index[static_cast<std::size_t>(v)];
+    }
     if (IsClosed(used) && Volume(used) < 0.0) {
       return fail(
           "a closed mesh wound inwards; allowed triangles that are counterclockwise seen "
@@ -480,6 +488,22 @@ std::string TruthCsv(const Scan& scan) {
   return text;
 }
 
+// Triangles of which all vertices are scanned, and none is a stray.
+std::vector<std::array<int, 3>> FacesOf(const ScanSurface& surface, const Scan& scan) {
+  std::vector<std::array<int, 3>> faces;
+  if (surface.points.size() != surface.mesh.vertices.size()) return faces;
+  std::vector<int> index(surface.points.size(), -1);
+  for (std::size_t i = 0; i < scan.truth.size(); ++i) {
+    if (scan.truth[i].outlier == OutlierKind::kStray) continue;
+    index[static_cast<std::size_t>(scan.truth[i].number)] = static_cast<int>(i);
+  }
+  for (std::array<int, 3> t : surface.mesh.triangles) {
+    for (int& v : t) v = index[static_cast<std::size_t>(v)];
+    if (*std::min_element(t.begin(), t.end()) >= 0) faces.push_back(t);
+  }
+  return faces;
+}
+
 int Run(int argc, char** argv) {
   std::vector<std::string> arguments;
   int exit_status = kExitBadInput;
@@ -547,7 +571,8 @@ int Run(int argc, char** argv) {
   }
   const std::string scan_name = "scan." + FLAGS_format;
   std::string text;
-  if (!FormatPointCloud(scan_name, scan.cloud, comment, &text, &error) ||
+  if (!FormatPointCloud(
+          scan_name, scan.cloud, FacesOf(target.surface, scan), comment, &text, &error) ||
       !MakeFolder(FLAGS_out, &error)) {
     PrintError(error);
     return kExitNotConverged;
