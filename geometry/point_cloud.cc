@@ -386,6 +386,16 @@ bool WritePointCloud(const std::string& file,
                      const PointCloud& cloud,
                      const std::vector<std::string>& comment,
                      std::string* error) {
+  std::string text;
+  return FormatPointCloud(file, cloud, {}, comment, &text, error) && WriteBytes(file, text, error);
+}
+
+bool FormatPointCloud(const std::string& file,
+                      const PointCloud& cloud,
+                      const std::vector<std::array<int, 3>>& triangles,
+                      const std::vector<std::string>& comment,
+                      std::string* out,
+                      std::string* error) {
   CHECK(cloud.normals.empty() || cloud.normals.size() == cloud.points.size());
   CHECK(cloud.displacements.empty() || cloud.displacements.size() == cloud.points.size());
   const auto fail = [&](const std::string& what) {
@@ -417,6 +427,11 @@ bool WritePointCloud(const std::string& file,
     text += kNames[k];
     if (!is_csv) text += '\n';
   }
+  const bool has_faces = !is_csv && !triangles.empty();
+  if (has_faces) {
+    text += "element face " + std::to_string(triangles.size()) +
+            "\nproperty list uchar int vertex_indices\n";
+  }
   text += is_csv ? "\n" : "end_header\n";
   const char separator = is_csv ? ',' : ' ';
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
@@ -431,7 +446,13 @@ bool WritePointCloud(const std::string& file,
     }
     text += '\n';
   }
-  return WriteBytes(file, text, error);
+  for (std::size_t t = 0; has_faces && t < triangles.size(); ++t) {
+    text += '3';
+    for (const int corner : triangles[t]) text += ' ' + std::to_string(corner);
+    text += '\n';
+  }
+  *out = std::move(text);
+  return true;
 }
 
 double Extent(const std::vector<Eigen::Vector3d>& points) {

@@ -2,6 +2,7 @@
 #define DARBOUX_GEOMETRY_POINT_CLOUD_H_
 
 #include <Eigen/Core>
+#include <array>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,6 +48,14 @@ bool WritePointCloud(const std::string& file,
                      const PointCloud& cloud,
                      const std::vector<std::string>& comment,
                      std::string* error);
+
+// The same as text, for whoever writes it with other files. .ply: with faces, where there are any.
+bool FormatPointCloud(const std::string& file,
+                      const PointCloud& cloud,
+                      const std::vector<std::array<int, 3>>& triangles,
+                      const std::vector<std::string>& comment,
+                      std::string* text,
+                      std::string* error);
 
 // Diagonal of the bounding box; 0 without points.
 double Extent(const std::vector<Eigen::Vector3d>& points);

@@ -94,6 +94,19 @@ double SafeTravel(const ContactFinger& finger, double thickness) {
 
 }  // namespace
 
+std::shared_ptr<const FingerShape> MakeFinger(const FingerSpec& spec,
+                                              FingerPose* pose,
+                                              std::string* error) {
+  std::shared_ptr<const FingerShape> shape = MakeShape(spec, error);
+  if (shape == nullptr) {
+    *error = spec.location.file + ":" + std::to_string(spec.location.line) + ": " +
+             spec.location.key + ": found " + *error + "; allowed is a closed mesh";
+    return nullptr;
+  }
+  *pose = {Vector(spec.position), Rotation(spec)};
+  return shape;
+}
+
 Eigen::Vector3d Grasp::Position(const ElementPoint& at) const {
   Eigen::Vector3d x = surface_->Position(at);
   if (!inflated_) return x;
@@ -291,13 +304,8 @@ std::unique_ptr<Grasp> Grasp::Create(const Scene& scene,
       grasp->state_.travels.push_back(0.0);
     }
     ContactFinger& contact = finger.contact;
-    contact.shape = MakeShape(spec, error);
-    if (contact.shape == nullptr) {
-      *error = spec.location.file + ":" + std::to_string(spec.location.line) + ": " +
-               spec.location.key + ": found " + *error + "; allowed is a closed mesh";
-      return nullptr;
-    }
-    contact.pose = {Vector(spec.position), Rotation(spec)};
+    contact.shape = MakeFinger(spec, &contact.pose, error);
+    if (contact.shape == nullptr) return nullptr;
     contact.direction = Vector(spec.direction);
     contact.offset = 0.5 * material.thickness;
     contact.stiffness = kStiffness * material.young_modulus / material.thickness;

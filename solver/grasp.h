@@ -15,6 +15,7 @@
 #include "costs/finger_contact.h"
 #include "costs/friction.h"
 #include "costs/material.h"
+#include "geometry/finger_shape.h"
 #include "geometry/shell_surface.h"
 #include "solver/scene.h"
 
@@ -56,6 +57,13 @@ struct ContactPointReport {
   Eigen::Vector3d friction = Eigen::Vector3d::Zero();  // force on the finger
   bool sticks = true;
 };
+
+// The rigid body of a finger in a frame of its own, and the pose that the scene gives it, before it
+// closes. A pin, which pushes a point whatever lies beside it, is a half space. Null and *error
+// where its mesh is no closed one.
+std::shared_ptr<const FingerShape> MakeFinger(const FingerSpec& spec,
+                                              FingerPose* pose,
+                                              std::string* error);
 
 // The fingers of a scene against its shell: contact blocks on the elements that they can reach,
 // multipliers of contact, friction. Fingers travel with the load factor, or are driven by a force

@@ -1,23 +1,20 @@
 #include "solver/results.h"
 
-#include <unistd.h>
-
 #include <Eigen/Core>
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <set>
 #include <system_error>
 #include <utility>
 
 #include "solver/fields.h"
+#include "solver/file_set.h"
 
 namespace darboux {
 namespace {
@@ -34,59 +31,6 @@ std::string FormatNumber(double value) {
 }
 
 // ---- Files ----------------------------------------------------------------------------------
-
-// Files that appear in a folder together or not at all (short of a crash between two renames).
-class FileSet {
- public:
-  explicit FileSet(fs::path folder) : folder_(std::move(folder)) {}
-  FileSet(const FileSet&) = delete;
-  FileSet& operator=(const FileSet&) = delete;
-  ~FileSet() {
-    std::error_code ignored;
-    for (size_t i = num_committed_; i < names_.size(); ++i) fs::remove(Part(names_[i]), ignored);
-  }
-
-  const std::vector<std::string>& names() const { return names_; }
-
-  bool Add(const std::string& name, const std::string& content, std::string* error) {
-    names_.push_back(name);
-    errno = 0;
-    std::ofstream file(Part(name), std::ios::binary | std::ios::trunc);
-    file.write(content.data(), static_cast<std::streamsize>(content.size()));
-    file.close();  // Sets failbit where the last bytes do not fit on the disk.
-    if (file) return true;
-    *error = (folder_ / name).string() + ": cannot be written: " +
-             (errno != 0 ? std::generic_category().message(errno) : "output error");
-    return false;
-  }
-
-  bool Commit(std::string* error) {
-    for (const std::string& name : names_) {
-      std::error_code ignored;
-      if (fs::is_directory(folder_ / name, ignored)) {
-        *error = (folder_ / name).string() + ": is a folder, cannot be replaced";
-        return false;
-      }
-    }
-    for (; num_committed_ < names_.size(); ++num_committed_) {
-      const std::string& name = names_[num_committed_];
-      std::error_code code;
-      fs::rename(Part(name), folder_ / name, code);
-      if (code) {
-        *error = (folder_ / name).string() + ": cannot be replaced: " + code.message();
-        return false;
-      }
-    }
-    return true;
-  }
-
- private:
-  fs::path Part(const std::string& name) const { return folder_ / (name + ".part"); }
-
-  fs::path folder_;
-  std::vector<std::string> names_;
-  size_t num_committed_ = 0;
-};
 
 std::string StepName(int step) {
   std::string number = std::to_string(step);
@@ -757,32 +701,6 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
   return json;
 }
 
-bool IsWritableFolder(const std::string& folder, std::string* error) {
-  const auto fail = [&](const std::string& what) {
-    *error = folder + ": " + what;
-    return false;
-  };
-  if (folder.empty()) return fail("an empty name is no folder");
-  std::error_code code;
-  fs::path existing = fs::absolute(folder, code);
-  if (code) return fail(code.message());
-  // The first part of the path that is there: everything below it can be created or not.
-  while (true) {
-    const fs::file_status status = fs::status(existing, code);
-    if (fs::is_directory(status)) break;
-    if (status.type() != fs::file_type::not_found) {
-      if (fs::exists(status)) return fail(existing.string() + " is no folder");
-      return fail(existing.string() + ": " + code.message());
-    }
-    if (!existing.has_relative_path()) return fail("no such file system");
-    existing = existing.parent_path();
-  }
-  if (access(existing.c_str(), W_OK | X_OK) != 0) {
-    return fail(existing.string() + ": " + std::generic_category().message(errno));
-  }
-  return true;
-}
-
 bool WriteResults(const std::string& folder,
                   const ShellProblem& problem,
                   const SolverSummary& summary,
@@ -791,14 +709,7 @@ bool WriteResults(const std::string& folder,
                   std::string* error) {
   const Clock::time_point start = Clock::now();
   *results = Results();
-  if (!IsWritableFolder(folder, error)) return false;
-  std::error_code code;
-  fs::create_directories(folder, code);
-  // "DIR/" has been created all the same where the last name of the path is empty.
-  if (code && !fs::is_directory(folder)) {
-    *error = folder + ": cannot be created: " + code.message();
-    return false;
-  }
+  if (!MakeFolder(folder, error)) return false;
 
   const Scene& scene = problem.scene();
   FileSet files(folder);

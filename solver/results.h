@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "solver/accuracy.h"
+#include "solver/file_set.h"
 #include "solver/scene.h"
 #include "solver/shell_problem.h"
 #include "solver/shell_solver.h"
@@ -41,10 +42,6 @@ bool EvaluateExpectations(const Scene& scene,
 nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
                                        const SolverSummary& summary,
                                        const AccuracyReport* accuracy);
-
-// Whether results could be written into a folder: it exists and is writable, or can be created.
-// Writes nothing; *error says what is in the way.
-bool IsWritableFolder(const std::string& folder, std::string* error);
 
 struct Results {
   nlohmann::ordered_json summary;

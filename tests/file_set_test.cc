@@ -1,0 +1,91 @@
+#include "solver/file_set.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <string>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace darboux {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class FileSetTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::path(::testing::TempDir()) / ("file_set_" + std::to_string(getpid()));
+    fs::remove_all(folder_);
+    ASSERT_TRUE(MakeFolder(folder_.string(), &error_)) << error_;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string Read(const std::string& name) const {
+    std::ifstream file(folder_ / name, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  }
+  std::set<std::string> Names() const {
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_)) {
+      names.insert(entry.path().filename().string());
+    }
+    return names;
+  }
+
+  fs::path folder_;
+  std::string error_;
+};
+
+TEST_F(FileSetTest, FilesAppearWhenAllAreThere) {
+  std::ofstream(folder_ / "a") << "old";
+  FileSet files(folder_.string());
+  ASSERT_TRUE(files.Add("a", "new", &error_));
+  ASSERT_TRUE(files.Add("b", std::string("\0\r\n", 3), &error_));
+  EXPECT_EQ(Names(), (std::set<std::string>{"a", "a.part", "b.part"}));
+  EXPECT_EQ(Read("a"), "old");
+  ASSERT_TRUE(files.Commit(&error_)) << error_;
+  EXPECT_EQ(Names(), (std::set<std::string>{"a", "b"}));
+  EXPECT_EQ(Read("a"), "new");
+  EXPECT_EQ(Read("b"), std::string("\0\r\n", 3));
+}
+
+TEST_F(FileSetTest, NothingIsLeftOfWhatIsNotCommitted) {
+  std::ofstream(folder_ / "a") << "old";
+  fs::create_directory(folder_ / "b");
+  {
+    FileSet files(folder_.string());
+    ASSERT_TRUE(files.Add("a", "new", &error_));
+    ASSERT_TRUE(files.Add("b", "new", &error_));
+    EXPECT_FALSE(files.Commit(&error_));
+    EXPECT_THAT(error_, HasSubstr("b: is a folder, cannot be replaced"));
+  }
+  EXPECT_EQ(Names(), (std::set<std::string>{"a", "b"}));
+  EXPECT_EQ(Read("a"), "old");
+  FileSet nowhere((folder_ / "missing").string());
+  EXPECT_FALSE(nowhere.Add("a", "new", &error_));
+  EXPECT_THAT(error_, HasSubstr("a: cannot be written: "));
+}
+
+TEST_F(FileSetTest, FoldersAreMadeWhereTheyCanBe) {
+  const std::string deep = (folder_ / "x" / "y" / "").string();
+  EXPECT_TRUE(IsWritableFolder(deep, &error_));
+  EXPECT_FALSE(fs::exists(folder_ / "x"));
+  EXPECT_TRUE(MakeFolder(deep, &error_)) << error_;
+  EXPECT_TRUE(fs::is_directory(deep));
+  std::ofstream(folder_ / "file") << "text";
+  for (const char* name : {"file", "file/below"}) {
+    EXPECT_FALSE(IsWritableFolder((folder_ / name).string(), &error_)) << name;
+    EXPECT_FALSE(MakeFolder((folder_ / name).string(), &error_));
+    EXPECT_THAT(error_, HasSubstr("is no folder"));
+  }
+  EXPECT_FALSE(IsWritableFolder("", &error_));
+}
+
+}  // namespace
+}  // namespace darboux
