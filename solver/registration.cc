@@ -33,7 +33,7 @@ constexpr int kFewestPoints = 10;
 // three of them.
 constexpr double kSigmaOverMedian = 1.482602218505602;
 constexpr double kTruncatedSigma = 0.986578;
-constexpr double kInlierSigmas = 3.0;
+constexpr double kRobustSigmas = 3.0;
 constexpr double kTukey = 4.685;  // 95 % efficient for normal noise
 
 double Median(std::vector<double> values) {
@@ -382,25 +382,9 @@ double TruncatedScore(const std::vector<double>& distances, double sigma) {
   double sum = 0.0;
   for (const double d : distances) {
     const double r = d / sigma;
-    sum += std::min(r * r, kInlierSigmas * kInlierSigmas);
+    sum += std::min(r * r, kRobustSigmas * kRobustSigmas);
   }
   return sum / static_cast<double>(distances.size());
-}
-
-double InlierSigma(const std::vector<double>& distances) {
-  double sigma = kSigmaOverMedian * MedianAbsolute(distances);
-  constexpr int kRounds = 5;
-  for (int round = 0; round < kRounds; ++round) {
-    double sum = 0.0;
-    int count = 0;
-    for (const double d : distances) {
-      if (std::abs(d) > kInlierSigmas * sigma) continue;
-      sum += d * d;
-      ++count;
-    }
-    if (count > 0) sigma = std::sqrt(sum / count) / kTruncatedSigma;
-  }
-  return sigma;
 }
 
 // Root mean square of what two poses make of the points.
@@ -480,8 +464,8 @@ class Search {
     RemoveTwins(more, &trials);
 
     double sigma = std::max(options_.noise, 1e-13 * size_),
-           lowest = InlierSigma(trials[0].distances);
-    for (const Trial& trial : trials) lowest = std::min(lowest, InlierSigma(trial.distances));
+           lowest = RobustSigma(trials[0].distances);
+    for (const Trial& trial : trials) lowest = std::min(lowest, RobustSigma(trial.distances));
     sigma = std::max(sigma, lowest);
     for (Trial& trial : trials) trial.score = TruncatedScore(trial.distances, sigma);
     double best = trials[0].score;
@@ -603,13 +587,13 @@ void Report(const Trial& trial,
   for (size_t i = 0; i < trial.distances.size(); ++i) {
     if (weights.empty() || weights[i] > 0.0) deciding.push_back(trial.distances[i]);
   }
-  summary->sigma = InlierSigma(deciding);
+  summary->sigma = RobustSigma(deciding);
   summary->noise = options.noise;
   if (!(options.noise > 0.0)) {
     // Distances do not change with the pose of the points.
     summary->noise = EstimateNoise(scan, trial.distances);
   }
-  const double threshold = kInlierSigmas * std::max(summary->sigma, options.noise);
+  const double threshold = kRobustSigmas * std::max(summary->sigma, options.noise);
   summary->outliers.clear();
   std::vector<double> inliers;
   for (size_t i = 0; i < trial.distances.size(); ++i) {
@@ -688,6 +672,22 @@ double EstimateNoise(const std::vector<Vector3d>& points, const std::vector<doub
     differences.push_back((distances[i] - mean / count) / std::sqrt(1.0 + 1.0 / count));
   }
   return kSigmaOverMedian * MedianAbsolute(differences);
+}
+
+double RobustSigma(const std::vector<double>& distances) {
+  double sigma = kSigmaOverMedian * MedianAbsolute(distances);
+  constexpr int kRounds = 5;
+  for (int round = 0; round < kRounds; ++round) {
+    double sum = 0.0;
+    int count = 0;
+    for (const double d : distances) {
+      if (std::abs(d) > kRobustSigmas * sigma) continue;
+      sum += d * d;
+      ++count;
+    }
+    if (count > 0) sigma = std::sqrt(sum / count) / kTruncatedSigma;
+  }
+  return sigma;
 }
 
 bool RegistrationOptions::IsValid(std::string* error) const {
@@ -811,8 +811,8 @@ bool Register(const ShellFace& face,
   }
   ScanDistance::Frame frame;
   {
-    const double sigma = InlierSigma(trial.distances);
-    const double threshold = kInlierSigmas * std::max(sigma, options.noise);
+    const double sigma = RobustSigma(trial.distances);
+    const double threshold = kRobustSigmas * std::max(sigma, options.noise);
     const Motions free = FreeOf(aligner, trial, sigma, threshold, &summary->eigenvalues, &frame);
     if (free.cols() > 0) {
       summary->undetermined = NameMotions(free, {frame.center, frame.length});
@@ -844,7 +844,7 @@ bool Register(const ShellFace& face,
                summary->sigma,
                summary->sigma / options.noise));
   }
-  const double near = kInlierSigmas * options.max_relative_sigma * size;
+  const double near = kRobustSigmas * options.max_relative_sigma * size;
   const double part =
       static_cast<double>(std::count_if(summary->distances.begin(),
                                         summary->distances.end(),

@@ -32,6 +32,9 @@ DistanceStatistics MakeDistanceStatistics(const std::vector<double>& distances);
 double EstimateNoise(const std::vector<Eigen::Vector3d>& points,
                      const std::vector<double>& distances);
 
+// Robust standard deviation of distances: of those within three of it.
+double RobustSigma(const std::vector<double>& distances);
+
 struct RegistrationOptions {
   enum class Method {
     kRobust,
