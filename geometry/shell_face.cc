@@ -6,8 +6,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <utility>
+
+#include "geometry/point_tree.h"
 
 namespace darboux {
 namespace {
@@ -20,77 +21,6 @@ using Eigen::Vector3d;
 using Barycentric = std::array<double, 3>;
 
 Barycentric ToBarycentric(const ElementPoint& at) { return {1.0 - at.s - at.t, at.s, at.t}; }
-
-// Distance to the nearest few of given points: a balanced tree, halved at medians.
-class PointTree {
- public:
-  static constexpr int kMost = 16;
-  struct Neighbours {
-    int count = 0;
-    std::array<int, kMost> index{};
-    std::array<double, kMost> squared{};  // ascending
-  };
-
-  void Build(std::vector<Vector3d> points) {
-    points_ = std::move(points);
-    order_.resize(points_.size());
-    axis_.assign(points_.size(), 0);
-    std::iota(order_.begin(), order_.end(), 0);
-    Halve(0, static_cast<int>(order_.size()));
-  }
-  const Vector3d& point(int i) const { return points_[i]; }
-
-  Neighbours Nearest(const Vector3d& x) const {
-    Neighbours found;
-    Search(0, static_cast<int>(order_.size()), x, &found);
-    return found;
-  }
-
- private:
-  void Halve(int begin, int end) {
-    if (end - begin < 2) return;
-    Eigen::AlignedBox3d box;
-    for (int i = begin; i < end; ++i) box.extend(points_[order_[i]]);
-    int axis;
-    box.sizes().maxCoeff(&axis);
-    const int middle = (begin + end) / 2;
-    std::nth_element(
-        order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](int a, int b) {
-          return points_[a][axis] < points_[b][axis];
-        });
-    axis_[middle] = static_cast<char>(axis);
-    Halve(begin, middle);
-    Halve(middle + 1, end);
-  }
-
-  void Search(int begin, int end, const Vector3d& x, Neighbours* found) const {
-    if (begin >= end) return;
-    const int middle = (begin + end) / 2;
-    const Vector3d& split = points_[order_[middle]];
-    const double beyond = x[axis_[middle]] - split[axis_[middle]];
-    const bool left_first = beyond < 0.0;
-    Search(left_first ? begin : middle + 1, left_first ? middle : end, x, found);
-    Insert(order_[middle], (split - x).squaredNorm(), found);
-    if (found->count < kMost || beyond * beyond < found->squared[kMost - 1]) {
-      Search(left_first ? middle + 1 : begin, left_first ? end : middle, x, found);
-    }
-  }
-
-  static void Insert(int index, double squared, Neighbours* found) {
-    if (found->count == kMost && squared >= found->squared[kMost - 1]) return;
-    int at = found->count < kMost ? found->count++ : kMost - 1;
-    for (; at > 0 && found->squared[at - 1] > squared; --at) {
-      found->squared[at] = found->squared[at - 1];
-      found->index[at] = found->index[at - 1];
-    }
-    found->squared[at] = squared;
-    found->index[at] = index;
-  }
-
-  std::vector<Vector3d> points_;
-  std::vector<int> order_;
-  std::vector<char> axis_;  // of the point in the middle of a range
-};
 
 }  // namespace
 
@@ -586,7 +516,7 @@ ShellFace::Foot ShellFace::Closest(const Vector3d& point, const Foot* hint) cons
     ++count;
   };
   if (hint != nullptr) descend(hint->at);
-  const PointTree::Neighbours near = search.tree.Nearest(point);
+  const PointTree::Neighbours near = search.tree.Nearest(point, PointTree::kMost);
   for (int i = 0; i < near.count && count < kMostDescents; ++i) {
     const int sample = near.index[i];
     const double reach = search.reach[sample];
@@ -594,7 +524,7 @@ ShellFace::Foot ShellFace::Closest(const Vector3d& point, const Foot* hint) cons
     // A foot that has been found from next to it would be found again.
     bool known = false;
     for (int k = 0; k < count && !known; ++k) {
-      known = (search.tree.point(sample) - feet[k]).squaredNorm() < 4.0 * reach * reach &&
+      known = (search.tree.points()[sample] - feet[k]).squaredNorm() < 4.0 * reach * reach &&
               search.sample_normals[sample].dot(normals[k]) > 0.5;
     }
     if (!known) descend(search.samples[sample]);

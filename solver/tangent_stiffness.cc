@@ -299,6 +299,21 @@ void TangentStiffness::SetControlSpring(int element,
       problem_.surface().control_vertices(element), coefficients, stiffness, &control_values_);
 }
 
+void TangentStiffness::AddElementMatrix(int element,
+                                        const Eigen::MatrixXd& block,
+                                        Eigen::VectorXd* values) const {
+  const std::vector<int>& vertices = problem_.surface().control_vertices(element);
+  for (size_t j = 0; j < vertices.size(); ++j) {
+    const int column = block_of_vertex_[vertices[j]];
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      const int row = block_of_vertex_[vertices[i]];
+      if (column < 0 || row < column) continue;
+      const Eigen::MatrixXd part = basis_.transpose() * block.block<3, 3>(3 * i, 3 * j) * basis_;
+      AddBlock(Slot(row, column), column, part, values->data());
+    }
+  }
+}
+
 int TangentStiffness::Slot(int row_block, int column_block) const {
   const auto begin = row_block_.begin() + column_begin_[column_block];
   const auto end = row_block_.begin() + column_begin_[column_block + 1];

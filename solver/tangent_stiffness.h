@@ -76,6 +76,11 @@ class TangentStiffness {
   // `step`: over the elements, at one point of each.
   double LargestRotation(const Eigen::VectorXd& step) const;
 
+  // Adds a symmetric matrix over the control displacements of one element, 3 rows per control
+  // vertex, to the values of a matrix of the pattern of matrix(): energies that the problem does
+  // not have. Those of vertices that are not unknown are left out.
+  void AddElementMatrix(int element, const Eigen::MatrixXd& block, Eigen::VectorXd* values) const;
+
   // Lower triangle of the sparse part of the matrix made by the last Evaluate that asked for it.
   const Eigen::SparseMatrix<double>& matrix() const { return matrix_; }
   // The rest of it, vectors * diag(weights) * vectors^T: minus the pins that keep the sparse part
