@@ -147,7 +147,7 @@ struct CalibrationSummary {
     std::string file;
     RigidPose pose;
     DistanceStatistics distances;  // of inliers
-    double deviation = 0.0;                       // that its points were given
+    double deviation = 0.0;        // that its points were given
     int points = 0;
     double inliers = 0.0;  // part of the points within three deviations
   };

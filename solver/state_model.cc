@@ -93,6 +93,13 @@ bool StateModel::SolveAnew(const Scene& scene, const Eigen::Matrix3Xd& guess, st
   return true;
 }
 
+bool StateModel::Settle(std::string* error) {
+  sensitivity_.reset();  // It keeps contact stiffened.
+  bare_sensitivity_.reset();
+  if (solved_modulus_ == parameters_.young_modulus) return true;
+  return SolveAnew(StateScene(), Guess(parameters_, travel_change_), error);
+}
+
 bool StateModel::Solve(const ShellParameters& parameters,
                        double travel_change,
                        std::string* error) {

@@ -57,6 +57,10 @@ class StateModel {
   // False and *error where there is no such derivative.
   bool Derivative(StateParameter parameter, const StateDerivative** derivative, std::string* error);
 
+  // After the last derivative: problem() and summary() are those of the present state, as Solve
+  // leaves them, whatever was known without solving. False and *error where there is none.
+  bool Settle(std::string* error);
+
   const Scene& scene() const { return scene_; }
   // The scene at the state's parameters.
   Scene StateScene() const;

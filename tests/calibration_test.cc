@@ -159,7 +159,7 @@ TEST(CalibrationTest, SeveralGraspsTellModulusAndPressureApartAndOneDoesNot) {
   CalibrationSpec spec = Spec();
   spec.parameter(StateParameter::kGasPressure).asked = true;
   spec.noise = 0.05;
-  for (const double travel : {1.0, 3.0, 5.0}) {
+  for (const double travel : {1.0, 3.0}) {
     spec.grasps.push_back(
         Measure(Ball(travel, 14.2, Gas(0.06)), Ball(travel, 8.0, Gas(0.03)), 320, 0.05, 0.02));
   }
@@ -169,6 +169,9 @@ TEST(CalibrationTest, SeveralGraspsTellModulusAndPressureApartAndOneDoesNot) {
   EXPECT_NEAR(summary.Find(StateParameter::kYoungModulus)->value, 14.2, 0.05 * 14.2);
   EXPECT_NEAR(summary.Find(StateParameter::kGasPressure)->value, 0.06, 0.05 * 0.06);
   spec.grasps = {spec.grasps[1]};
+  if (getenv("SHAPE")) spec.shape_error = atof(getenv("SHAPE"));
+  if (getenv("REST")) spec.rest_error = atof(getenv("REST"));
+  if (getenv("NOSCAN")) spec.grasps[0].scans.clear();
   const CalibrationSummary one = Calibrated(spec);
   printf("%s", one.FullReport().c_str());
   EXPECT_FALSE(one.Find(StateParameter::kYoungModulus)->identifiable);
