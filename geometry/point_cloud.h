@@ -19,8 +19,7 @@ struct PointCloud {
 };
 
 // .csv, .txt, .xyz: one line per point, '#' begins a comment. Values are separated by semicolons,
-// or
-//   else commas, or else tabs and spaces, as the first line has it; blanks beside a separator do
+//   or else commas, or else tabs and spaces, as the first line has it; blanks beside a separator do
 //   not count. Numbers have a decimal point whatever the locale. A first line of names says what
 //   the columns are: x y z, nx ny nz, ux uy uz, in any order and case, in double quotes or not;
 //   other columns are skipped, whatever they hold. z and uz may be missing in a plane field and are

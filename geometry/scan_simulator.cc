@@ -24,7 +24,9 @@ constexpr double kPi = 3.14159265358979323846;
 // Rays start at the face, and end at bodies, to this part of the extent.
 constexpr double kTolerance = 1e-9;
 // One in so many random points has to be seen.
-constexpr int kTriesPerPoint = 200;
+constexpr std::uint64_t kTriesPerPoint = 200;
+constexpr std::uint64_t kFirstTries = 15;
+constexpr int kMostPoints = 10000000;
 // Waves that a bias field is the sum of.
 constexpr int kWaves = 256;
 
@@ -183,6 +185,8 @@ AlignedBox3d Bounds(const ScanSurface& surface) {
   return box;
 }
 
+// N. Max, "Weights for computing vertex normals from facet normals" (1999): exact on spheres, and
+// no angle, which would differ between machines in the last digit.
 std::vector<Vector3d> VertexNormals(const TriangleMesh& mesh) {
   std::vector<Vector3d> normals(mesh.vertices.size(), Vector3d::Zero());
   for (const std::array<int, 3>& triangle : mesh.triangles) {
@@ -190,11 +194,12 @@ std::vector<Vector3d> VertexNormals(const TriangleMesh& mesh) {
     for (std::size_t k = 0; k < 3; ++k) {
       x[k] = mesh.vertices[static_cast<std::size_t>(triangle[k])];
     }
-    const Vector3d normal = (x[1] - x[0]).cross(x[2] - x[0]).stableNormalized();
+    const Vector3d normal = (x[1] - x[0]).cross(x[2] - x[0]);
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vector3d to_next = x[(k + 1) % 3] - x[k], to_last = x[(k + 2) % 3] - x[k];
-      const double angle = std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
-      normals[static_cast<std::size_t>(triangle[k])] += angle * normal;
+      const double next = (x[(k + 1) % 3] - x[k]).squaredNorm();
+      const double last = (x[(k + 2) % 3] - x[k]).squaredNorm();
+      if (!(next > 0.0 && last > 0.0)) continue;
+      normals[static_cast<std::size_t>(triangle[k])] += normal / next / last;
     }
   }
   for (Vector3d& normal : normals) normal.stableNormalize();
@@ -340,8 +345,8 @@ bool ScanOptions::IsValid(std::string* error) const {
     return value >= low && value <= high && std::isfinite(value);
   };
   constexpr double kMax = std::numeric_limits<double>::max();
-  if (num_points < 1 || num_points > 100000000) {
-    return fail("num_points", num_points, "1 to 100000000");
+  if (num_points < 1 || num_points > kMostPoints) {
+    return fail("num_points", num_points, "1 to 10000000");
   }
   if (!(grazing_deg > 0.0 && grazing_deg <= 90.0)) {
     return fail("grazing_deg", grazing_deg, "an angle in (0, 90] degrees");
@@ -609,10 +614,10 @@ bool SimulateScan(const ScanSurface& surface,
       return fail("no point that can be seen; allowed one at least, from viewpoints outside");
     }
   } else {
-    const std::uint64_t most = kTriesPerPoint * (num_points + 5);
     for (std::uint64_t i = 0; seen.size() < num_points; ++i) {
-      if (i == most) {
-        return fail("only " + std::to_string(seen.size()) + " of " + std::to_string(most) +
+      // A few more than one in so many at first, when that is still left to chance.
+      if (i >= kTriesPerPoint * (seen.size() + kFirstTries)) {
+        return fail("only " + std::to_string(seen.size()) + " of " + std::to_string(i) +
                     " random points that can be seen; allowed 1 in " +
                     std::to_string(kTriesPerPoint));
       }

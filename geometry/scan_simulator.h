@@ -54,8 +54,8 @@ ScanSurface ScanSurfaceOf(const ShellSurface& surface,
                           double offset,
                           int parts = 4);
 
-// The surface of a triangle mesh, moved by `offset` along the normals of its vertices (angle-
-// weighted means of the triangles' where `normals` is empty).
+// The surface of a triangle mesh, moved by `offset` along the normals of its vertices (means of the
+// triangles' with the weights that are exact on spheres where `normals` is empty).
 ScanSurface ScanSurfaceOf(TriangleMesh mesh, std::vector<Eigen::Vector3d> normals, double offset);
 // Makes the vertices that triangles have the points to scan.
 void ScanVertices(ScanSurface* surface);
@@ -75,7 +75,8 @@ std::vector<Eigen::Vector3d> ViewpointsAround(const ScanSurface& surface,
 
 struct ScanOptions {
   std::uint64_t seed = 1;
-  // Points of the scan, outliers included. Of given points as many as are seen, at most this.
+  // Points of the scan, 1 to 1e7, outliers included. Of given points as many as are seen, at most
+  // this.
   int num_points = 20000;
   // None: everything is seen, and a point's ray is its normal. A point is seen from a viewpoint if
   // the angle between its normal and the ray is at most `grazing_deg`, and neither a triangle nor

@@ -182,7 +182,7 @@ TEST(ScanSimulatorTest, AMiddleSurfaceIsOffsetAlongItsNormals) {
   const Scan scan = Simulate(face, options);
   ASSERT_EQ(scan.cloud.points.size(), mesh.vertices.size());
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-    EXPECT_NEAR(scan.cloud.points[i].norm(), 1.1, 1e-4);
+    EXPECT_NEAR(scan.cloud.points[i].norm(), 1.1, 1e-12);
   }
   face = ScanSurfaceOf(mesh, mesh.vertices, 0.1);  // Normals of the file.
   EXPECT_LT((face.mesh.vertices[5] - 1.1 * mesh.vertices[5]).norm(), 1e-14);

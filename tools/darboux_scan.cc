@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -259,7 +260,14 @@ int SolveScene(const std::string& file, Target* target, std::string* error) {
           ? SolveToAccuracy(
                 scene, options, AccuracyOptions(), &target->problem, &summary, &accuracy, error)
           : Solve(scene, options, &target->problem, &summary, error);
+  // From here on the first signal ends the tool: nothing is written until all is there.
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
   if (!posed) return kExitBadInput;
+  if (options.stop->load()) {
+    *error = "interrupted, nothing is scanned";
+    return kExitNotConverged;
+  }
   if (!summary.IsConverged() || summary.steps.empty()) {
     *error = "not converged, nothing is scanned: " + summary.message;
     return kExitNotConverged;
