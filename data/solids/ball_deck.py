@@ -191,7 +191,7 @@ def write_profile(path, result, face, truth, what):
     """Corner nodes from the upper pole over the equator to the lower one, in the plane y = 0. Without
     those within 0.1 mm of the axis: hardly an area holds them, and they stray by some 0.01 mm."""
     half = result["faces"][face][6::2]
-    lines = ["# Ball between two rigid spheres of radius 2 mm, CalculiX 2.20; mm, N, MPa.",
+    lines = ["# Ball between two rigid spheres of radius %g mm, CalculiX 2.20; mm, N, MPa." % FINGER,
              "# %s face. Truth: %s" % (face.capitalize(), truth), "# " + what, "x,y,z,ux,uy,uz"]
     for (x, z), u in half + [((x, -z), (u[0], -u[1])) for (x, z), u in reversed(half[:-1])]:
         values = (x, 0.0, z, u[0], 0.0, u[1])
@@ -294,17 +294,21 @@ def main():
     parser.add_argument("--case", default="all", choices=["ball", "gas", "all"])
     parser.add_argument("--stiffness", type=float, default=5e3, help="of the contact, MPa/mm")
     parser.add_argument("--travels", help="of the ball without gas, such as 1,4,8")
+    parser.add_argument("--finger_radius", type=float, default=FINGER)
     parser.add_argument("--element", default="CAX8R", choices=["CAX8R", "CAX8"])
     arguments = parser.parse_args()
+    globals()["FINGER"] = arguments.finger_radius
     os.makedirs(arguments.work, exist_ok=True)
-    for name, solve in (("ball", ball), ("ball_gas", gas)):
-        if arguments.case not in ("all", "gas" if name == "ball_gas" else "ball"):
+    # Files are named after the finger's radius where it is not the first one that was computed.
+    ending = "" if FINGER == 2.0 else "_r%g" % FINGER
+    for name, solve in (("ball" + ending, ball), ("ball%s_gas" % ending, gas)):
+        if arguments.case not in ("all", "gas" if solve is gas else "ball"):
             continue
         results = solve(arguments)
         if not arguments.out:
             continue
         os.makedirs(arguments.out, exist_ok=True)
-        is_gas = name == "ball_gas"
+        is_gas = solve is gas
         for r in results:
             what = "Each finger has travelled %g mm from first touch; its force is %.6g N" % (r["travel"], r["force"])
             if is_gas:
