@@ -142,6 +142,11 @@ double RestError(const CalibrationSpec& spec, double thickness) {
                                  : 1.0;
 }
 
+ceres::LossFunction* RobustLoss(double share) {
+  return new ceres::ScaledLoss(
+      new ceres::CauchyLoss(Problem::kRobust), share, ceres::TAKE_OWNERSHIP);
+}
+
 // Triggs' first-order weight of a loss.
 double RobustWeight(double squared_norm) {
   const ceres::CauchyLoss loss(Problem::kRobust);
@@ -434,7 +439,7 @@ void CalibrationProblem::Build(ceres::Problem* problem) {
     blocks.push_back(scan.motion.data());
     for (size_t i = 0; i < scan.points.size(); ++i) {
       problem->AddResidualBlock(new ScanBlock(this, static_cast<int>(s), static_cast<int>(i)),
-                                new ceres::CauchyLoss(kRobust),
+                                RobustLoss(scan.share),
                                 blocks);
     }
   }
@@ -447,7 +452,7 @@ void CalibrationProblem::Build(ceres::Problem* problem) {
     blocks.push_back(field.motion.data());
     for (size_t i = 0; i < field.points.size(); ++i) {
       problem->AddResidualBlock(new FieldBlock(this, static_cast<int>(f), static_cast<int>(i)),
-                                new ceres::CauchyLoss(kRobust),
+                                RobustLoss(field.share),
                                 blocks);
     }
   }
@@ -557,7 +562,7 @@ bool CalibrationProblem::Linearise(Posterior* posterior, std::vector<Row>* rows)
       if (!ScanResidual(scan, static_cast<int>(i), &row.residual, row.coefficients.data() + 5)) {
         return false;
       }
-      row.weight = RobustWeight(row.residual * row.residual);
+      row.weight = scan.share * RobustWeight(row.residual * row.residual);
       add(row);
     }
   }
@@ -571,7 +576,8 @@ bool CalibrationProblem::Linearise(Posterior* posterior, std::vector<Row>* rows)
     for (size_t i = 0; i < field.points.size(); ++i) {
       double residuals[3], by_motion[18];
       FieldResidual(field, static_cast<int>(i), residuals, by_motion);
-      const double weight = RobustWeight(Eigen::Map<Eigen::Vector3d>(residuals).squaredNorm());
+      const double weight =
+          field.share * RobustWeight(Eigen::Map<Eigen::Vector3d>(residuals).squaredNorm());
       for (int c = 0; c < 3; ++c) {
         if (!field.components[c]) continue;
         for (int k = 0; k < 5; ++k) {

@@ -37,7 +37,8 @@ class CalibrationProblem : public ceres::EvaluationCallback {
     int grasp = 0;
     RigidPose pose;
     bool known_pose = false;
-    double deviation = 1.0;
+    double deviation = 1.0;  // of one point
+    double share = 1.0;      // what a point counts, because it shares errors with its neighbours
     std::vector<Eigen::Vector3d> points;
     std::vector<ShellFace::Foot> feet;
     std::array<double, 6> motion{};
@@ -50,7 +51,7 @@ class CalibrationProblem : public ceres::EvaluationCallback {
     int grasp = 0;
     std::array<bool, 3> components{};
     bool free_motion = true;
-    double deviation = 1.0;
+    double deviation = 1.0, share = 1.0;  // as those of a scan
     std::vector<Eigen::Vector3d> points, measured;
     std::vector<ElementPoint> feet;
     std::vector<Eigen::VectorXd> weights;
