@@ -239,15 +239,22 @@ bool Calibration::SetDeviations() {
   constexpr double kChange = 0.02;
   bool changed = false;
   const auto set =
-      [&](bool estimated, double noise, double left, int grasp, size_t count, double* deviation) {
+      [&](bool estimated, double noise, double left, int grasp, size_t count, auto* points) {
         const double model = spec_.shape_error * (*models_)[grasp]->max_displacement();
-        const double regions = std::max(1.0, static_cast<double>(count) / kRegions);
         // Exact data of our own model have no noise; rounding is the least.
         const double least = 1e-9 * problem_->size();
-        const double now =
-            std::hypot(estimated ? std::max(left, least) : noise, model * std::sqrt(regions));
-        if (std::abs(now - *deviation) > kChange * *deviation) changed = true;
-        *deviation = now;
+        // What is left has the model's errors in it.
+        const double now = estimated ? std::max(left, least) : std::hypot(noise, model);
+        const double random = estimated ? now : noise;
+        const double shared =
+            model * std::sqrt(std::max(1.0, static_cast<double>(count) / kRegions));
+        const double share = now * now / (random * random + shared * shared);
+        if (std::abs(now - points->deviation) > kChange * points->deviation ||
+            std::abs(share - points->share) > kChange * points->share) {
+          changed = true;
+        }
+        points->deviation = now;
+        points->share = share;
       };
   size_t s = 0, f = 0;
   for (auto& scan : problem_->scans()) {
@@ -258,7 +265,7 @@ bool Calibration::SetDeviations() {
         kNormal * Median(distances),
         scan.grasp,
         scan.points.size(),
-        &scan.deviation);
+        &scan);
     ++s;
   }
   for (size_t g = 0; g < spec_.grasps.size(); ++g) {
@@ -278,7 +285,7 @@ bool Calibration::SetDeviations() {
           kNormal * Median(left),
           field.grasp,
           field.points.size(),
-          &field.deviation);
+          &field);
       ++f;
     }
   }

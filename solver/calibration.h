@@ -41,10 +41,10 @@ namespace darboux {
 // region sees theta, t, m, c and the poses alone, and asks for states by an evaluation callback.
 //
 // Neighbouring points of a scan share the errors of the model, so that a million of them do not
-// know more than a few regions of the surface: with n points and a shape error e (of the largest
-// displacement of the state) a point has the standard deviation
-//
-//   s^2 = noise^2 + e^2 max(1, n / kRegions)
+// know more than a few regions of the surface. With the noise sigma and a shape error e (of the
+// largest displacement of the state) a point has the standard deviation s^2 = sigma^2 + e^2, which
+// tells outliers; each of n points counts s^2 / (sigma^2 + e^2 max(1, n / kRegions)) times, so that
+// all of them know what kRegions independent ones do.
 struct CalibrationSpec {
   struct Parameter {
     bool asked = false;
