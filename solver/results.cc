@@ -230,7 +230,8 @@ class StateWriter {
   std::string Vtu(const Eigen::Matrix3Xd& displacements,
                   const Eigen::Matrix3Xd& mode,
                   double time,
-                  size_t* num_not_finite) const {
+                  size_t* num_not_finite,
+                  const std::vector<ExtraField>& extra = {}) const {
     const size_t n = sites_.size();
     const std::vector<std::string> xyz = {"x", "y", "z"}, tensor = {"11", "22", "12"};
     PointArray displacement("displacement", xyz, n), normal("normal", xyz, n);
@@ -267,6 +268,11 @@ class StateWriter {
     }
     std::string arrays;
     if (mode.size() > 0) arrays += lowest_mode.ToXml();
+    for (const ExtraField& field : extra) {
+      PointArray array(field.name, {}, n);
+      for (const double value : field.values) array.Add(value);
+      arrays += array.ToXml();
+    }
     for (const PointArray* array : {&displacement,
                                     &normal,
                                     &membrane_strain,
@@ -783,6 +789,42 @@ bool IsWritableFolder(const std::string& folder, std::string* error) {
   return true;
 }
 
+namespace {
+
+bool CreateFolder(const std::string& folder, std::string* error) {
+  if (!IsWritableFolder(folder, error)) return false;
+  std::error_code code;
+  fs::create_directories(folder, code);
+  // "DIR/" has been created all the same where the last name of the path is empty.
+  if (!code || fs::is_directory(folder)) return true;
+  *error = folder + ": cannot be created: " + code.message();
+  return false;
+}
+
+}  // namespace
+
+std::string MakeVtu(const ShellProblem& problem,
+                    const Eigen::Matrix3Xd& displacements,
+                    const std::vector<ExtraField>& extra) {
+  size_t ignored = 0;
+  return StateWriter(problem).Vtu(displacements, Eigen::Matrix3Xd(), 1.0, &ignored, extra);
+}
+
+std::string MakeDeformedPly(const ShellProblem& problem, const Eigen::Matrix3Xd& displacements) {
+  return StateWriter(problem).Ply(displacements);
+}
+
+bool WriteFiles(const std::string& folder,
+                const std::vector<NamedFile>& files,
+                std::string* error) {
+  if (!CreateFolder(folder, error)) return false;
+  FileSet set(folder);
+  for (const NamedFile& file : files) {
+    if (!set.Add(file.name, file.content, error)) return false;
+  }
+  return set.Commit(error);
+}
+
 bool WriteResults(const std::string& folder,
                   const ShellProblem& problem,
                   const SolverSummary& summary,
@@ -791,14 +833,7 @@ bool WriteResults(const std::string& folder,
                   std::string* error) {
   const Clock::time_point start = Clock::now();
   *results = Results();
-  if (!IsWritableFolder(folder, error)) return false;
-  std::error_code code;
-  fs::create_directories(folder, code);
-  // "DIR/" has been created all the same where the last name of the path is empty.
-  if (code && !fs::is_directory(folder)) {
-    *error = folder + ": cannot be created: " + code.message();
-    return false;
-  }
+  if (!CreateFolder(folder, error)) return false;
 
   const Scene& scene = problem.scene();
   FileSet files(folder);

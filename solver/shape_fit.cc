@@ -66,12 +66,15 @@ class Fit {
     PointTree tree;
     tree.Build(scan);
     neighbours_.resize(scan.size());
+    std::vector<double> reach;
     for (size_t i = 0; i < scan.size(); ++i) {
       const PointTree::Neighbours near = tree.Nearest(scan[i], kNeighbours + 1);
+      reach.push_back(std::sqrt(near.squared[near.count - 1]));
       for (int k = 0; k < near.count; ++k) {
         if (near.index[k] != static_cast<int>(i)) neighbours_[i].push_back(near.index[k]);
       }
     }
+    spacing_ = Median(&reach);
   }
 
   bool Run(State* state) {
@@ -116,23 +119,26 @@ class Fit {
     ParallelFor(ThreadsFor(n, options_.num_threads), n, work);
   }
 
-  // Outliers: distances that are not like those of the neighbours, by the spread among these. What
-  // is left is weighted down where it is far beyond the rest.
+  // Points without support are outliers: fewer than half of the neighbours are as near as they are
+  // on a surface and have distances that a slope and noise explain. What is left is weighted down
+  // where it is far beyond the rest.
   void FindWeights(const State& state) {
-    constexpr double kSpreads = 5.0, kSigmaOverMedian = 1.4826, kFar = 4.685;
+    constexpr double kSlope = 0.5, kDeviations = 4.0, kFar = 4.685;
     weights_.assign(scan_.size(), 0.0);
-    std::vector<double> near, spread;
     double squares = 0.0;
     int count = 0;
     for (size_t i = 0; i < scan_.size(); ++i) {
       if (state.feet[i].on_boundary) continue;
-      near.clear();
-      for (const int k : neighbours_[i]) near.push_back(state.distances[k]);
-      const double middle = Median(&near);
-      spread.clear();
-      for (const double d : near) spread.push_back(std::abs(d - middle));
-      const double width = std::max(kSigmaOverMedian * Median(&spread), noise_);
-      if (std::abs(state.distances[i] - middle) > kSpreads * width) continue;
+      int support = 0;
+      for (const int k : neighbours_[i]) {
+        const double apart = (scan_[i] - scan_[k]).norm();
+        support +=
+            apart <= 2.0 * spacing_ && std::abs(state.distances[i] - state.distances[k]) <=
+                                           kSlope * apart + kDeviations * std::sqrt(2.0) * noise_
+                ? 1
+                : 0;
+      }
+      if (2 * support < static_cast<int>(neighbours_[i].size())) continue;
       weights_[i] = 1.0;
       squares += state.distances[i] * state.distances[i];
       ++count;
@@ -362,6 +368,7 @@ class Fit {
     double weight = 1e3 * energy_scale_ * data / stiff;
     double stiff_weight = 0.0, stiff_misfit = 0.0, soft_weight = 0.0, soft_misfit = 0.0;
     State at_stiff;
+    int num_stagnant = 0;
     constexpr double kStep = 0.1;
     for (int k = 0; k < options_.max_weights; ++k) {
       if (!AtWeight(weight, false, state)) return Fail();
@@ -373,12 +380,15 @@ class Fit {
       }
       // Outliers that look like signal leave a rest.
       constexpr double kNearly = 1.5;
-      if (stiff_weight > 0.0 && misfit > (1.0 - kStagnant) * stiff_misfit &&
-          misfit < kNearly * noise_) {
+      const bool stagnates = stiff_weight > 0.0 && misfit > (1.0 - kStagnant) * stiff_misfit;
+      num_stagnant = stagnates ? num_stagnant + 1 : 0;
+      if (stagnates && misfit < kNearly * noise_) {
         note_ =
             Format("; smaller weights leave the misfit at %.3g times the noise", misfit / noise_);
-        return Finish(weight, state);
+        *state = std::move(at_stiff);
+        return Finish(stiff_weight, state);
       }
+      if (num_stagnant > 1) break;
       stiff_weight = weight;
       stiff_misfit = misfit;
       at_stiff = *state;
@@ -435,6 +445,7 @@ class Fit {
   VectorXd update_weights_;
   std::vector<std::vector<int>> neighbours_;
   std::vector<double> weights_;
+  double spacing_ = 0.0;  // to the last of the neighbours, at the median
   double energy_scale_ = 1.0, noise_ = 0.0, energy_ = 0.0;
 
  public:
