@@ -723,19 +723,6 @@ bool RegistrationOptions::IsValid(std::string* error) const {
   return true;
 }
 
-void Refine(const ShellFace& face,
-            const std::vector<Vector3d>& scan,
-            const std::vector<double>& weights,
-            const RegistrationOptions& options,
-            RegistrationSummary* summary) {
-  const Aligner aligner(face, scan, options.num_threads);
-  Trial trial;
-  trial.pose = summary->pose;
-  aligner.Align({50, 1.0, 1e-8, 1e-12}, weights, Motions(6, 0), &trial);
-  summary->iterations = std::max(summary->iterations, 0) + trial.iterations;
-  Report(trial, scan, weights, options, summary);
-}
-
 bool Register(const ShellFace& face,
               const std::vector<Vector3d>& scan,
               const RegistrationOptions& options,

@@ -99,6 +99,9 @@ class Fit {
 
   double energy() const { return energy_ * shell_->force_unit(); }
   const std::vector<double>& weights() const { return weights_; }
+  bool settled() const { return settled_; }
+  bool reached() const { return reached_; }
+  const std::string& note() const { return note_; }
 
  private:
   static constexpr int kNeighbours = 10;
@@ -371,7 +374,7 @@ class Fit {
     int num_stagnant = 0;
     constexpr double kStep = 0.1;
     for (int k = 0; k < options_.max_weights; ++k) {
-      if (!AtWeight(weight, false, state)) return Fail();
+      if (!AtWeight(weight, false, state)) return false;
       const double misfit = summary_->misfit;
       if (misfit <= target) {
         soft_weight = weight;
@@ -409,7 +412,7 @@ class Fit {
       part = std::clamp(part, 0.15, 0.85);
       weight = soft_weight * std::pow(stiff_weight / soft_weight, part);
       State trial = *state;  // from the soft side: it has found what there is to fit
-      if (!AtWeight(weight, false, &trial)) return Fail();
+      if (!AtWeight(weight, false, &trial)) return false;
       if (summary_->misfit <= target) {
         soft_weight = weight;
         soft_misfit = summary_->misfit;
@@ -422,12 +425,7 @@ class Fit {
     return Finish(soft_weight, state);
   }
 
-  bool Fail() {
-    if (summary_->verdict == "not run") summary_->verdict = "";
-    return false;
-  }
-
-  bool Finish(double weight, State* state) { return AtWeight(weight, true, state) || Fail(); }
+  bool Finish(double weight, State* state) { return AtWeight(weight, true, state); }
 
   ShellProblem* shell_;
   const Matrix3Xd& reference_;
@@ -436,10 +434,7 @@ class Fit {
   ShellFace* face_;
   ShapeFitSummary* summary_;
   TangentStiffness stiffness_;
-  struct Cholesky : public UpdatedCholesky {
-    using UpdatedCholesky::UpdatedCholesky;
-  };
-  Cholesky cholesky_;
+  UpdatedCholesky cholesky_;
   Eigen::SparseMatrix<double> reference_matrix_;
   Eigen::MatrixXd update_vectors_;
   VectorXd update_weights_;
@@ -448,7 +443,6 @@ class Fit {
   double spacing_ = 0.0;  // to the last of the neighbours, at the median
   double energy_scale_ = 1.0, noise_ = 0.0, energy_ = 0.0;
 
- public:
   bool settled_ = false;  // the last iteration at a weight
   bool reached_ = true;   // the misfit came down to the noise
   std::string note_;
@@ -531,21 +525,21 @@ bool FitShape(ShellProblem* shell,
   if (!done) {
     if (options.stop != nullptr && options.stop->load()) {
       summary->verdict = "interrupted";
-    } else if (summary->verdict.empty() || summary->verdict == "not run") {
+    } else if (summary->verdict == "not run") {
       summary->verdict = "the normal equations could not be solved";
     }
     return true;
   }
   const std::string numbers = Format(
       "misfit %.4g (noise %.4g) at weight %.4g", summary->misfit, summary->noise, summary->weight);
-  summary->converged = fit.settled_ && fit.reached_;
-  if (!fit.reached_) {
+  summary->converged = fit.settled() && fit.reached();
+  if (!fit.reached()) {
     summary->verdict = "no weight brings the misfit down to the noise: " + numbers +
                        "; the noise is larger, or the mesh too coarse";
-  } else if (!fit.settled_) {
+  } else if (!fit.settled()) {
     summary->verdict = "not converged within the iterations allowed: " + numbers;
   } else {
-    summary->verdict = "fitted: " + numbers + fit.note_;
+    summary->verdict = "fitted: " + numbers + fit.note();
   }
   return true;
 }
