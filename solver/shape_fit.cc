@@ -123,21 +123,29 @@ class Fit {
   }
 
   // Points without support are outliers: fewer than half of the neighbours are as near as they are
-  // on a surface and have distances that a slope and noise explain. What is left is weighted down
-  // where it is far beyond the rest.
+  // on a surface and have distances that noise explains, or noise and a slope, which then shows in
+  // the spread among the neighbours as well. What is left is weighted down where it is far beyond
+  // the rest.
   void FindWeights(const State& state) {
-    constexpr double kSlope = 0.5, kDeviations = 4.0, kFar = 4.685;
+    constexpr double kSlope = 0.5, kDeviations = 4.0, kFar = 4.685, kSpreads = 4.0;
     weights_.assign(scan_.size(), 0.0);
     double squares = 0.0;
     int count = 0;
+    std::vector<double> near;
     for (size_t i = 0; i < scan_.size(); ++i) {
       if (state.feet[i].on_boundary) continue;
+      near.clear();
+      for (const int k : neighbours_[i]) near.push_back(state.distances[k]);
+      const double middle = Median(&near);
+      for (double& d : near) d = std::abs(d - middle);
+      const double spread = kSpreads * Median(&near);
       int support = 0;
       for (const int k : neighbours_[i]) {
         const double apart = (scan_[i] - scan_[k]).norm();
+        const double allowed =
+            std::min(kSlope * apart, spread) + kDeviations * std::sqrt(2.0) * noise_;
         support +=
-            apart <= 2.0 * spacing_ && std::abs(state.distances[i] - state.distances[k]) <=
-                                           kSlope * apart + kDeviations * std::sqrt(2.0) * noise_
+            apart <= 2.0 * spacing_ && std::abs(state.distances[i] - state.distances[k]) <= allowed
                 ? 1
                 : 0;
       }
@@ -268,9 +276,12 @@ class Fit {
     const double few = to_the_end ? 1e-7 : 1e-3;
     int iteration = 0;
     settled_ = false;
-    for (; iteration < options_.max_iterations; ++iteration) {
+    // Points that turn into outliers and back would keep it from settling.
+    constexpr int kFrozen = 5;
+    const int most = to_the_end ? 3 * options_.max_iterations : options_.max_iterations;
+    for (; iteration < most; ++iteration) {
       if (options_.stop != nullptr && options_.stop->load()) return false;
-      FindWeights(*state);
+      if (!to_the_end || iteration < kFrozen) FindWeights(*state);
       VectorXd gradient;
       if (!Regularise(state->u, &energy_, &gradient)) return false;
       const double value = DataTerm(*state) + factor * energy_;
@@ -307,7 +318,7 @@ class Fit {
         break;
       }
     }
-    FindWeights(*state);
+    if (!to_the_end) FindWeights(*state);
     summary_->weight = weight;
     summary_->misfit = Misfit(*state);
     summary_->iterations = std::max(0, summary_->iterations) + iteration;
@@ -373,6 +384,7 @@ class Fit {
     State at_stiff;
     int num_stagnant = 0;
     constexpr double kStep = 0.1;
+    const State first = *state;
     for (int k = 0; k < options_.max_weights; ++k) {
       if (!AtWeight(weight, false, state)) return false;
       const double misfit = summary_->misfit;
@@ -400,6 +412,21 @@ class Fit {
     if (soft_weight == 0.0) {
       reached_ = false;
       return Finish(stiff_weight, state);
+    }
+    // Soft enough at once: how stiff may it be?
+    constexpr int kMostSteps = 5;
+    for (int k = 0; k < kMostSteps && stiff_weight == 0.0; ++k) {
+      weight = soft_weight / kStep;
+      State trial = first;
+      if (!AtWeight(weight, false, &trial)) return false;
+      if (summary_->misfit <= target) {
+        soft_weight = weight;
+        soft_misfit = summary_->misfit;
+        *state = std::move(trial);
+      } else {
+        stiff_weight = weight;
+        stiff_misfit = summary_->misfit;
+      }
     }
     if (stiff_weight == 0.0) {
       note_ = "; the computed shape explains the scan within its noise";
