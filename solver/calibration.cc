@@ -97,12 +97,12 @@ class Calibration {
   bool AddScans(std::string* error);
   bool AddFields(std::string* error);
   bool SetDeviations();
-  bool ScaleModulus();
+  void ScaleModulus();
   bool Minimise(std::string* message);
   void Report();
   void ReportEstimates();
   void ReportSensitivities(const Posterior& posterior);
-  void Bootstrap(const Posterior& posterior, const std::vector<CalibrationProblem::Row>& rows);
+  void Bootstrap(const std::vector<CalibrationProblem::Row>& rows);
   std::string SeparatingGrasp(const Posterior& posterior,
                               const Eigen::VectorXd& scales,
                               size_t which);
@@ -294,19 +294,18 @@ bool Calibration::SetDeviations() {
 
 // Forces are nearly proportional to Young's modulus: Newton's first step in its logarithm would
 // overshoot by orders of magnitude from a bad start.
-bool Calibration::ScaleModulus() {
-  if (!spec_.parameter(StateParameter::kYoungModulus).asked) return true;
+void Calibration::ScaleModulus() {
+  if (!spec_.parameter(StateParameter::kYoungModulus).asked) return;
   double readings = 0.0, models = 0.0;
   for (const CalibrationProblem::Force& force : problem_->forces()) {
-    if (FindGas((*models_)[force.grasp]->scene()) != nullptr) return true;
+    if (FindGas((*models_)[force.grasp]->scene()) != nullptr) return;
     readings += force.reading;
     models += problem_->BareForceOf(force);
   }
-  if (!(readings > 0.0) || !(models > 0.0)) return true;
+  if (!(readings > 0.0) || !(models > 0.0)) return;
   ShellParameters parameters = problem_->Parameters();
   parameters.young_modulus *= readings / models;
   problem_->SetParameters(parameters);
-  return true;
 }
 
 bool Calibration::Minimise(std::string* message) {
@@ -506,8 +505,7 @@ void Calibration::ReportSensitivities(const Posterior& posterior) {
   if (known_travels) add("travel", 1.0, product);
 }
 
-void Calibration::Bootstrap(const Posterior& posterior,
-                            const std::vector<CalibrationProblem::Row>& rows) {
+void Calibration::Bootstrap(const std::vector<CalibrationProblem::Row>& rows) {
   if (spec_.bootstrap <= 0) return;
   const std::vector<int> interest = problem_->Interest();
   std::vector<int> free = interest;
@@ -558,7 +556,6 @@ void Calibration::Bootstrap(const Posterior& posterior,
     const Eigen::VectorXd step = -ScaledPseudoInverse(h, 1e-11) * gradient;
     for (size_t k = 0; k < interest.size(); ++k) values[k].push_back(step[k]);
   }
-  (void)posterior;
   for (size_t k = 0; k < interest.size(); ++k) {
     std::sort(values[k].begin(), values[k].end());
     const auto quantile = [&](double q) {
@@ -736,7 +733,7 @@ void Calibration::ReportEstimates() {
   }
   if (all_identified) summary_.correlation = spread.correlation;
   ReportSensitivities(posterior);
-  Bootstrap(posterior, rows);
+  Bootstrap(rows);
   for (size_t g = 0; g < spec_.grasps.size(); ++g) {
     const int column = problem_->TravelColumn(static_cast<int>(g));
     const double h = posterior.information()(column, column);
@@ -822,11 +819,11 @@ bool Calibration::Run(std::vector<std::unique_ptr<StateModel>>* models, std::str
     }
     models->push_back(std::move(model));
   }
-  problem_ = std::make_unique<CalibrationProblem>(spec_, models);
+  problem_ = std::make_unique<CalibrationProblem>(spec_, options_.solver.num_threads, models);
   if (!AddScans(error) || !AddFields(error)) return false;
   if (summary_.termination == Termination::kNoMatch) return true;
   problem_->Finish();
-  if (!ScaleModulus()) return true;
+  ScaleModulus();
   problem_->PrepareForEvaluation(false, true);
   if (problem_->failed()) return End(Termination::kFailed, problem_->error());
   SetDeviations();
