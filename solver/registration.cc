@@ -652,26 +652,39 @@ DistanceStatistics MakeDistanceStatistics(const std::vector<double>& distances) 
 }
 
 double EstimateNoise(const std::vector<Vector3d>& points, const std::vector<double>& distances) {
-  constexpr int kFewest = 8, kNeighbours = 7;  // itself is one
+  constexpr size_t kFewest = 8;
+  constexpr int kNeighbours = 7;  // itself is one
   if (points.size() < kFewest || points.size() != distances.size()) return 0.0;
-  PointTree tree;
-  tree.Build(points);
-  std::vector<double> differences;
-  differences.reserve(points.size());
-  for (size_t i = 0; i < points.size(); ++i) {
-    const PointTree::Neighbours near = tree.Nearest(points[i], kNeighbours);
-    double mean = 0.0;
-    int count = 0;
-    for (int k = 0; k < near.count; ++k) {
-      if (near.index[k] == static_cast<int>(i)) continue;
-      mean += distances[static_cast<size_t>(near.index[k])];
-      ++count;
+  std::vector<int> kept(points.size());
+  std::iota(kept.begin(), kept.end(), 0);
+  double sigma = 0.0;
+  // The second time without outliers, which spoil the means of their neighbours as well.
+  for (int round = 0; round < 2 && kept.size() >= kFewest; ++round) {
+    PointTree tree;
+    tree.Build(Pick(points, kept));
+    std::vector<double> differences;
+    differences.reserve(kept.size());
+    for (size_t i = 0; i < kept.size(); ++i) {
+      const PointTree::Neighbours near = tree.Nearest(points[kept[i]], kNeighbours);
+      double mean = 0.0;
+      int count = 0;
+      for (int k = 0; k < near.count; ++k) {
+        if (near.index[k] == static_cast<int>(i)) continue;
+        mean += distances[kept[near.index[k]]];
+        ++count;
+      }
+      // Variance of d_i - mean of m others: (1 + 1/m) sigma^2.
+      differences.push_back((distances[kept[i]] - mean / count) / std::sqrt(1.0 + 1.0 / count));
     }
-    if (count == 0) continue;
-    // Variance of d_i - mean of m others: (1 + 1/m) sigma^2.
-    differences.push_back((distances[i] - mean / count) / std::sqrt(1.0 + 1.0 / count));
+    sigma = kSigmaOverMedian * MedianAbsolute(differences);
+    constexpr double kFar = 4.0;
+    std::vector<int> next;
+    for (size_t i = 0; i < kept.size(); ++i) {
+      if (std::abs(differences[i]) <= kFar * sigma) next.push_back(kept[i]);
+    }
+    kept = std::move(next);
   }
-  return kSigmaOverMedian * MedianAbsolute(differences);
+  return sigma;
 }
 
 double RobustSigma(const std::vector<double>& distances) {
@@ -708,19 +721,6 @@ bool RegistrationOptions::IsValid(std::string* error) const {
   if (!(max_relative_sigma > 0.0)) return fail("max_relative_sigma", max_relative_sigma, "> 0");
   if (num_threads < 1) return fail("num_threads", num_threads, ">= 1");
   return true;
-}
-
-void Refine(const ShellFace& face,
-            const std::vector<Vector3d>& scan,
-            const std::vector<double>& weights,
-            const RegistrationOptions& options,
-            RegistrationSummary* summary) {
-  const Aligner aligner(face, scan, options.num_threads);
-  Trial trial;
-  trial.pose = summary->pose;
-  aligner.Align({50, 1.0, 1e-8, 1e-12}, weights, Motions(6, 0), &trial);
-  summary->iterations = std::max(summary->iterations, 0) + trial.iterations;
-  Report(trial, scan, weights, options, summary);
 }
 
 bool Register(const ShellFace& face,

@@ -115,15 +115,6 @@ bool Register(const ShellFace& face,
               RegistrationSummary* summary,
               std::string* error);
 
-// One robust alignment from a pose near by, as the last stage of Register; for fits, in which the
-// face changes. `weights`, where not empty, multiply those of the points (0: left out). Fills the
-// parts of the summary that concern the pose and distances.
-void Refine(const ShellFace& face,
-            const std::vector<Eigen::Vector3d>& scan,
-            const std::vector<double>& weights,
-            const RegistrationOptions& options,
-            RegistrationSummary* summary);
-
 }  // namespace darboux
 
 #endif  // DARBOUX_SOLVER_REGISTRATION_H_

@@ -174,7 +174,8 @@ class StateWriter {
   std::string Vtu(const Eigen::Matrix3Xd& displacements,
                   const Eigen::Matrix3Xd& mode,
                   double time,
-                  size_t* num_not_finite) const {
+                  size_t* num_not_finite,
+                  const std::vector<ExtraField>& extra = {}) const {
     const size_t n = sites_.size();
     const std::vector<std::string> xyz = {"x", "y", "z"}, tensor = {"11", "22", "12"};
     PointArray displacement("displacement", xyz, n), normal("normal", xyz, n);
@@ -211,6 +212,11 @@ class StateWriter {
     }
     std::string arrays;
     if (mode.size() > 0) arrays += lowest_mode.ToXml();
+    for (const ExtraField& field : extra) {
+      PointArray array(field.name, {}, n);
+      for (const double value : field.values) array.Add(value);
+      arrays += array.ToXml();
+    }
     for (const PointArray* array : {&displacement,
                                     &normal,
                                     &membrane_strain,
@@ -699,6 +705,28 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
                     {"total", summary.setup_s + summary.solve_s}};
   MarkNotFinite(ReplaceNonFinite(&json), " numbers of summary.json are not finite", &json);
   return json;
+}
+
+std::string MakeVtu(const ShellProblem& problem,
+                    const Eigen::Matrix3Xd& displacements,
+                    const std::vector<ExtraField>& extra) {
+  size_t ignored = 0;
+  return StateWriter(problem).Vtu(displacements, Eigen::Matrix3Xd(), 1.0, &ignored, extra);
+}
+
+std::string MakeDeformedPly(const ShellProblem& problem, const Eigen::Matrix3Xd& displacements) {
+  return StateWriter(problem).Ply(displacements);
+}
+
+bool WriteFiles(const std::string& folder,
+                const std::vector<NamedFile>& files,
+                std::string* error) {
+  if (!MakeFolder(folder, error)) return false;
+  FileSet set(folder);
+  for (const NamedFile& file : files) {
+    if (!set.Add(file.name, file.content, error)) return false;
+  }
+  return set.Commit(error);
 }
 
 bool WriteResults(const std::string& folder,

@@ -51,6 +51,25 @@ struct Results {
   std::vector<std::string> files;  // written, without the folder
 };
 
+// The contents of shell.vtu in a state that somebody else has found, and of deformed.ply, as
+// WriteResults has them; `extra`: more point fields. Values of a field that are not finite are
+// written as 0.
+struct ExtraField {
+  std::string name;
+  std::vector<double> values;  // at MakeOutputMesh(surface).points
+};
+std::string MakeVtu(const ShellProblem& problem,
+                    const Eigen::Matrix3Xd& displacements,
+                    const std::vector<ExtraField>& extra);
+std::string MakeDeformedPly(const ShellProblem& problem, const Eigen::Matrix3Xd& displacements);
+
+// Files with these names and contents, in a folder that is created when missing: all of them or,
+// with *error, none.
+struct NamedFile {
+  std::string name, content;
+};
+bool WriteFiles(const std::string& folder, const std::vector<NamedFile>& files, std::string* error);
+
 // Writes what was solved into a folder, created when missing:
 //
 //   summary.json    MakeSummaryJson, `expect`, times

@@ -66,12 +66,15 @@ class Fit {
     PointTree tree;
     tree.Build(scan);
     neighbours_.resize(scan.size());
+    std::vector<double> reach;
     for (size_t i = 0; i < scan.size(); ++i) {
       const PointTree::Neighbours near = tree.Nearest(scan[i], kNeighbours + 1);
+      reach.push_back(std::sqrt(near.squared[near.count - 1]));
       for (int k = 0; k < near.count; ++k) {
         if (near.index[k] != static_cast<int>(i)) neighbours_[i].push_back(near.index[k]);
       }
     }
+    spacing_ = Median(&reach);
   }
 
   bool Run(State* state) {
@@ -96,6 +99,9 @@ class Fit {
 
   double energy() const { return energy_ * shell_->force_unit(); }
   const std::vector<double>& weights() const { return weights_; }
+  bool settled() const { return settled_; }
+  bool reached() const { return reached_; }
+  const std::string& note() const { return note_; }
 
  private:
   static constexpr int kNeighbours = 10;
@@ -116,23 +122,34 @@ class Fit {
     ParallelFor(ThreadsFor(n, options_.num_threads), n, work);
   }
 
-  // Outliers: distances that are not like those of the neighbours, by the spread among these. What
-  // is left is weighted down where it is far beyond the rest.
+  // Points without support are outliers: fewer than half of the neighbours are as near as they are
+  // on a surface and have distances that noise explains, or noise and a slope, which then shows in
+  // the spread among the neighbours as well. What is left is weighted down where it is far beyond
+  // the rest.
   void FindWeights(const State& state) {
-    constexpr double kSpreads = 5.0, kSigmaOverMedian = 1.4826, kFar = 4.685;
+    constexpr double kSlope = 0.5, kDeviations = 4.0, kFar = 4.685, kSpreads = 4.0;
     weights_.assign(scan_.size(), 0.0);
-    std::vector<double> near, spread;
     double squares = 0.0;
     int count = 0;
+    std::vector<double> near;
     for (size_t i = 0; i < scan_.size(); ++i) {
       if (state.feet[i].on_boundary) continue;
       near.clear();
       for (const int k : neighbours_[i]) near.push_back(state.distances[k]);
       const double middle = Median(&near);
-      spread.clear();
-      for (const double d : near) spread.push_back(std::abs(d - middle));
-      const double width = std::max(kSigmaOverMedian * Median(&spread), noise_);
-      if (std::abs(state.distances[i] - middle) > kSpreads * width) continue;
+      for (double& d : near) d = std::abs(d - middle);
+      const double spread = kSpreads * Median(&near);
+      int support = 0;
+      for (const int k : neighbours_[i]) {
+        const double apart = (scan_[i] - scan_[k]).norm();
+        const double allowed =
+            std::min(kSlope * apart, spread) + kDeviations * std::sqrt(2.0) * noise_;
+        support +=
+            apart <= 2.0 * spacing_ && std::abs(state.distances[i] - state.distances[k]) <= allowed
+                ? 1
+                : 0;
+      }
+      if (2 * support < static_cast<int>(neighbours_[i].size())) continue;
       weights_[i] = 1.0;
       squares += state.distances[i] * state.distances[i];
       ++count;
@@ -259,9 +276,12 @@ class Fit {
     const double few = to_the_end ? 1e-7 : 1e-3;
     int iteration = 0;
     settled_ = false;
-    for (; iteration < options_.max_iterations; ++iteration) {
+    // Points that turn into outliers and back would keep it from settling.
+    constexpr int kFrozen = 5;
+    const int most = to_the_end ? 3 * options_.max_iterations : options_.max_iterations;
+    for (; iteration < most; ++iteration) {
       if (options_.stop != nullptr && options_.stop->load()) return false;
-      FindWeights(*state);
+      if (!to_the_end || iteration < kFrozen) FindWeights(*state);
       VectorXd gradient;
       if (!Regularise(state->u, &energy_, &gradient)) return false;
       const double value = DataTerm(*state) + factor * energy_;
@@ -298,7 +318,7 @@ class Fit {
         break;
       }
     }
-    FindWeights(*state);
+    if (!to_the_end) FindWeights(*state);
     summary_->weight = weight;
     summary_->misfit = Misfit(*state);
     summary_->iterations = std::max(0, summary_->iterations) + iteration;
@@ -362,9 +382,11 @@ class Fit {
     double weight = 1e3 * energy_scale_ * data / stiff;
     double stiff_weight = 0.0, stiff_misfit = 0.0, soft_weight = 0.0, soft_misfit = 0.0;
     State at_stiff;
+    int num_stagnant = 0;
     constexpr double kStep = 0.1;
+    const State first = *state;
     for (int k = 0; k < options_.max_weights; ++k) {
-      if (!AtWeight(weight, false, state)) return Fail();
+      if (!AtWeight(weight, false, state)) return false;
       const double misfit = summary_->misfit;
       if (misfit <= target) {
         soft_weight = weight;
@@ -373,12 +395,15 @@ class Fit {
       }
       // Outliers that look like signal leave a rest.
       constexpr double kNearly = 1.5;
-      if (stiff_weight > 0.0 && misfit > (1.0 - kStagnant) * stiff_misfit &&
-          misfit < kNearly * noise_) {
+      const bool stagnates = stiff_weight > 0.0 && misfit > (1.0 - kStagnant) * stiff_misfit;
+      num_stagnant = stagnates ? num_stagnant + 1 : 0;
+      if (stagnates && misfit < kNearly * noise_) {
         note_ =
             Format("; smaller weights leave the misfit at %.3g times the noise", misfit / noise_);
-        return Finish(weight, state);
+        *state = std::move(at_stiff);
+        return Finish(stiff_weight, state);
       }
+      if (num_stagnant > 1) break;
       stiff_weight = weight;
       stiff_misfit = misfit;
       at_stiff = *state;
@@ -387,6 +412,21 @@ class Fit {
     if (soft_weight == 0.0) {
       reached_ = false;
       return Finish(stiff_weight, state);
+    }
+    // Soft enough at once: how stiff may it be?
+    constexpr int kMostSteps = 5;
+    for (int k = 0; k < kMostSteps && stiff_weight == 0.0; ++k) {
+      weight = soft_weight / kStep;
+      State trial = first;
+      if (!AtWeight(weight, false, &trial)) return false;
+      if (summary_->misfit <= target) {
+        soft_weight = weight;
+        soft_misfit = summary_->misfit;
+        *state = std::move(trial);
+      } else {
+        stiff_weight = weight;
+        stiff_misfit = summary_->misfit;
+      }
     }
     if (stiff_weight == 0.0) {
       note_ = "; the computed shape explains the scan within its noise";
@@ -399,7 +439,7 @@ class Fit {
       part = std::clamp(part, 0.15, 0.85);
       weight = soft_weight * std::pow(stiff_weight / soft_weight, part);
       State trial = *state;  // from the soft side: it has found what there is to fit
-      if (!AtWeight(weight, false, &trial)) return Fail();
+      if (!AtWeight(weight, false, &trial)) return false;
       if (summary_->misfit <= target) {
         soft_weight = weight;
         soft_misfit = summary_->misfit;
@@ -412,12 +452,7 @@ class Fit {
     return Finish(soft_weight, state);
   }
 
-  bool Fail() {
-    if (summary_->verdict == "not run") summary_->verdict = "";
-    return false;
-  }
-
-  bool Finish(double weight, State* state) { return AtWeight(weight, true, state) || Fail(); }
+  bool Finish(double weight, State* state) { return AtWeight(weight, true, state); }
 
   ShellProblem* shell_;
   const Matrix3Xd& reference_;
@@ -426,18 +461,15 @@ class Fit {
   ShellFace* face_;
   ShapeFitSummary* summary_;
   TangentStiffness stiffness_;
-  struct Cholesky : public UpdatedCholesky {
-    using UpdatedCholesky::UpdatedCholesky;
-  };
-  Cholesky cholesky_;
+  UpdatedCholesky cholesky_;
   Eigen::SparseMatrix<double> reference_matrix_;
   Eigen::MatrixXd update_vectors_;
   VectorXd update_weights_;
   std::vector<std::vector<int>> neighbours_;
   std::vector<double> weights_;
+  double spacing_ = 0.0;  // to the last of the neighbours, at the median
   double energy_scale_ = 1.0, noise_ = 0.0, energy_ = 0.0;
 
- public:
   bool settled_ = false;  // the last iteration at a weight
   bool reached_ = true;   // the misfit came down to the noise
   std::string note_;
@@ -520,21 +552,21 @@ bool FitShape(ShellProblem* shell,
   if (!done) {
     if (options.stop != nullptr && options.stop->load()) {
       summary->verdict = "interrupted";
-    } else if (summary->verdict.empty() || summary->verdict == "not run") {
+    } else if (summary->verdict == "not run") {
       summary->verdict = "the normal equations could not be solved";
     }
     return true;
   }
   const std::string numbers = Format(
       "misfit %.4g (noise %.4g) at weight %.4g", summary->misfit, summary->noise, summary->weight);
-  summary->converged = fit.settled_ && fit.reached_;
-  if (!fit.reached_) {
+  summary->converged = fit.settled() && fit.reached();
+  if (!fit.reached()) {
     summary->verdict = "no weight brings the misfit down to the noise: " + numbers +
                        "; the noise is larger, or the mesh too coarse";
-  } else if (!fit.settled_) {
+  } else if (!fit.settled()) {
     summary->verdict = "not converged within the iterations allowed: " + numbers;
   } else {
-    summary->verdict = "fitted: " + numbers + fit.note_;
+    summary->verdict = "fitted: " + numbers + fit.note();
   }
   return true;
 }

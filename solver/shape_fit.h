@@ -29,15 +29,15 @@ namespace darboux {
 //
 // The weight is chosen by the discrepancy principle: the largest at which the root mean square of
 // the distances is the noise; a smaller one would fit noise, a larger one leaves signal. Points
-// whose distance is not like that of their neighbours are outliers, w_i = 0; a dent, which is far
-// away but coherent, is not.
+// without neighbours on the same sheet are outliers, w_i = 0; a dent, which is far away but
+// coherent, is not.
 struct ShapeFitOptions {
   // Standard deviation of the scan along normals, in the unit of length; 0: estimated from
   // neighbouring points (EstimateNoise).
   double noise = 0.0;
   double weight = 0.0;      // 0: by the discrepancy principle
   int max_iterations = 15;  // Gauss-Newton steps at each weight
-  int max_weights = 30;     // that are tried
+  int max_weights = 15;     // that are tried
   RegistrationOptions registration;
   SparseBackend backend = SparseBackend::kAuto;
   int num_threads = 1;
