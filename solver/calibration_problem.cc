@@ -2,6 +2,7 @@
 
 #include <ceres/ceres.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -89,8 +90,10 @@ class FieldBlock : public ceres::CostFunction {
         field, point_, residuals, jacobians == nullptr ? nullptr : jacobians[5]);
     if (jacobians == nullptr) return true;
     for (int k = 0; k < 5; ++k) {
-      for (int c = 0; jacobians[k] != nullptr && c < 3; ++c) {
-        jacobians[k][c] = field.components[c] ? field.rates[k](c, point_) / field.deviation : 0.0;
+      if (jacobians[k] == nullptr) continue;
+      const Eigen::Vector3d rate = problem_->FieldRate(field, point_, k);
+      for (int c = 0; c < 3; ++c) {
+        jacobians[k][c] = field.components[c] ? rate[c] / field.deviation : 0.0;
       }
     }
     return true;
@@ -390,11 +393,13 @@ void CalibrationProblem::FieldResidual(const Field& field,
                                        int point,
                                        double* residuals,
                                        double* by_motion) const {
+  // Exact for rotations of any size: those of a testing machine are not small beside strains.
   const Eigen::Vector3d w(field.motion.data()), t(field.motion.data() + 3);
   const Eigen::Vector3d arm = field.points[point] - middle_;
-  const Eigen::Vector3d left =
-      field.model.col(point) + w.cross(arm) + size_ * t - field.measured[point];
-  const Eigen::Matrix3d by_rotation = -Cross(arm);
+  const Eigen::Vector3d moved = arm + field.model.col(point);
+  const Eigen::Vector3d left = Rotation(w) * moved + size_ * t - arm - field.measured[point];
+  Eigen::Matrix3d by_rotation = Eigen::Matrix3d::Zero();
+  if (by_motion != nullptr) by_rotation = RotationDerivative(w, moved);
   for (int c = 0; c < 3; ++c) {
     const double scale = field.components[c] ? 1.0 / field.deviation : 0.0;
     residuals[c] = scale * left[c];
@@ -404,6 +409,67 @@ void CalibrationProblem::FieldResidual(const Field& field,
       by_motion[6 * c + 3 + a] = a == c ? scale * size_ : 0.0;
     }
   }
+}
+
+Eigen::Vector3d CalibrationProblem::FieldRate(const Field& field, int point, int k) const {
+  return Rotation(Eigen::Vector3d(field.motion.data())) * field.rates[k].col(point);
+}
+
+void CalibrationProblem::FitMotion(double scale,
+                                   Field* field,
+                                   Eigen::Matrix3Xd* left,
+                                   Eigen::Matrix3Xd* turned) const {
+  const Eigen::Index n = static_cast<Eigen::Index>(field->points.size());
+  Eigen::Matrix3Xd from(3, n), to(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Vector3d arm = field->points[i] - middle_;
+    from.col(i) = arm + scale * field->model.col(i);
+    to.col(i) = arm + field->measured[i];
+  }
+  Eigen::Matrix3d rotation = Rotation(Eigen::Vector3d(field->motion.data()));
+  Eigen::Vector3d translation = size_ * Eigen::Vector3d(field->motion.data() + 3);
+  if (field->free_motion) {
+    const Eigen::Vector3d from_middle = from.rowwise().mean(), to_middle = to.rowwise().mean();
+    const Eigen::Matrix3d h =
+        (from.colwise() - from_middle) * (to.colwise() - to_middle).transpose();
+    const auto& measured = field->components;
+    const int count = measured[0] + measured[1] + measured[2];
+    rotation.setIdentity();
+    if (count == 3) {
+      const Eigen::JacobiSVD<Eigen::Matrix3d> svd(h, Eigen::ComputeFullU | Eigen::ComputeFullV);
+      const Eigen::Matrix3d u = svd.matrixU(), v = svd.matrixV();
+      const double sign = (v * u.transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+      rotation = v * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * u.transpose();
+    } else if (count == 2) {
+      const int normal = measured[0] ? (measured[1] ? 2 : 1) : 0;
+      const int a = (normal + 1) % 3, b = (normal + 2) % 3;
+      const double angle = std::atan2(h(a, b) - h(b, a), h(a, a) + h(b, b));
+      rotation = Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(normal)).toRotationMatrix();
+    }
+    translation = to_middle - rotation * from_middle;
+    const Eigen::AngleAxisd turn(rotation);
+    for (int c = 0; c < 3; ++c) {
+      if (!measured[c]) translation[c] = 0.0;
+      field->motion[c] = turn.angle() * turn.axis()[c];
+      field->motion[3 + c] = translation[c] / size_;
+    }
+  }
+  *left = (rotation * from).colwise() + translation - to;
+  *turned = rotation * field->model;
+  for (int c = 0; c < 3; ++c) {
+    if (field->components[c]) continue;
+    left->row(c).setZero();
+    turned->row(c).setZero();
+  }
+}
+
+double CalibrationProblem::Deformation(const Field& field) const {
+  Field still = field;
+  for (Eigen::Vector3d& u : still.measured) u.setZero();
+  Eigen::Matrix3Xd left, turned;
+  if (!field.free_motion) still.motion.fill(0.0);
+  FitMotion(1.0, &still, &left, &turned);
+  return std::sqrt(left.colwise().squaredNorm().maxCoeff());
 }
 
 void CalibrationProblem::ForceResidual(const Force& force,
@@ -578,11 +644,13 @@ bool CalibrationProblem::Linearise(Posterior* posterior, std::vector<Row>* rows)
       FieldResidual(field, static_cast<int>(i), residuals, by_motion);
       const double weight =
           field.share * RobustWeight(Eigen::Map<Eigen::Vector3d>(residuals).squaredNorm());
+      Eigen::Matrix<double, 3, 5> rates;
+      for (int k = 0; k < 5; ++k) {
+        rates.col(k) = FieldRate(field, static_cast<int>(i), k) / field.deviation;
+      }
       for (int c = 0; c < 3; ++c) {
         if (!field.components[c]) continue;
-        for (int k = 0; k < 5; ++k) {
-          row.coefficients[k] = field.rates[k](c, i) / field.deviation;
-        }
+        for (int k = 0; k < 5; ++k) row.coefficients[k] = rates(c, k);
         for (int a = 0; a < 6; ++a) row.coefficients[5 + a] = by_motion[6 * c + a];
         row.residual = residuals[c];
         row.weight = weight;

@@ -70,6 +70,17 @@ class CalibrationProblem : public ceres::EvaluationCallback {
 
   int AddScan(Scan scan);
   int AddField(Field field);
+  // The rigid motion of the field that leaves least of it where the model's displacements are
+  // `scale` times what they are (Kabsch), in the components that are measured; sets its unknowns.
+  // *left: what is left per point, *turned: the model's displacements, turned. After
+  // PrepareForEvaluation.
+  void FitMotion(double scale,
+                 Field* field,
+                 Eigen::Matrix3Xd* left,
+                 Eigen::Matrix3Xd* turned) const;
+  // The largest displacement of the model at the field's points that is not a rigid motion, in the
+  // components that are measured; where no rigid motion is free, the largest displacement.
+  double Deformation(const Field& field) const;
   // After all scans and fields.
   void Finish();
 
@@ -115,6 +126,8 @@ class CalibrationProblem : public ceres::EvaluationCallback {
   // Residuals and derivatives of single measurements, for the blocks.
   bool ScanResidual(const Scan& scan, int point, double* residual, double* by_motion) const;
   void FieldResidual(const Field& field, int point, double* residuals, double* by_motion) const;
+  // Of the displacement of a point by theta or travel, turned as the whole field is.
+  Eigen::Vector3d FieldRate(const Field& field, int point, int k) const;
   void ForceResidual(const Force& force, double* residual, double** jacobians) const;
 
  private:

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes strip_hole.obj: a strip with a hole, whose vertices are points of the middle surface.
 
-    python3 strip_hole_mesh.py > strip_hole.obj       (8 cells across; an argument makes others)
+    python3 strip_hole_mesh.py > strip_hole.obj       (12 cells across; an argument makes others)
 
 Python 3 standard library only. In mm; the strip lies in z = 0.
 
@@ -19,7 +19,7 @@ LENGTH, WIDTH, RADIUS, CENTRE = 80.0, 20.05, 4.0, (40.0, 10.0)
 
 
 def main():
-    n = int(sys.argv[1]) if len(sys.argv) > 1 else 8  # cells across the strip; even
+    n = int(sys.argv[1]) if len(sys.argv) > 1 else 12  # cells across the strip; even
     rim = max(1, n // 8)  # rows between the square and the long sides
     side = n - 2 * rim  # cells of a side of the square
     layers = (n + 1) // 2
