@@ -57,6 +57,10 @@ const char* Words(StateParameter parameter) {
   }
 }
 
+double Length(const std::array<double, 3>& vector) {
+  return std::hypot(vector[0], vector[1], vector[2]);
+}
+
 double Median(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const size_t middle = values.size() / 2;
@@ -346,10 +350,9 @@ double Calibration::RegionVariance(const CalibrationProblem::Field& field,
   // Outliers are not what regions share.
   const double most = CalibrationProblem::kRobust * field.deviation;
   for (size_t i = 0; i < left.size(); ++i) {
+    const double factor = std::min(1.0, most / std::max(Length(left[i]), 1e-3 * most));
     counts[plan.regions[i]] += 1.0;
-    for (int c = 0; c < 3; ++c) {
-      sums[plan.regions[i]][c] += std::clamp(left[i][c], -most, most);
-    }
+    for (int c = 0; c < 3; ++c) sums[plan.regions[i]][c] += factor * left[i][c];
   }
   double sum = 0.0;
   for (int r = 0; r < plan.num_regions; ++r) {
@@ -366,25 +369,28 @@ double Calibration::RegionVariance(const CalibrationProblem::Field& field,
 }
 
 bool Calibration::SetFieldDeviations() {
-  constexpr double kNormal = 1.4826, kChange = 0.02;  // as above
+  // Median length of a vector of so many components of unit deviation: lengths do not depend on how
+  // the strip was turned in front of the camera.
+  constexpr double kMedianLength[] = {1.0, 0.67449, 1.17741, 1.53817};
+  constexpr double kChange = 0.02;
   bool changed = false;
   for (size_t f = 0; f < fields_.size(); ++f) {
     CalibrationProblem::Field& field = problem_->fields()[f];
     FieldPlan& plan = fields_[f];
     plan.deformation = problem_->Deformation(field);
     std::vector<std::array<double, 3>> left(field.points.size());
-    std::vector<double> sizes;
+    std::vector<double> lengths;
     const double before = field.deviation, share_before = field.share;
     for (size_t i = 0; i < field.points.size(); ++i) {
       problem_->FieldResidual(field, static_cast<int>(i), left[i].data(), nullptr);
-      for (int c = 0; c < 3; ++c) {
-        left[i][c] *= before;
-        if (field.components[c]) sizes.push_back(std::abs(left[i][c]));
-      }
+      for (double& component : left[i]) component *= before;
+      lengths.push_back(Length(left[i]));
     }
     const double error = plan.spec->shape_error * plan.deformation;
     // Exact data of our own model have no noise; rounding is the least.
-    const double spread = std::max(kNormal * Median(sizes), 1e-9 * problem_->size());
+    const int components = field.components[0] + field.components[1] + field.components[2];
+    const double spread =
+        std::max(Median(lengths) / kMedianLength[components], 1e-9 * problem_->size());
     const double known = std::hypot(plan.spec->noise, error);
     const bool estimated = !(plan.spec->noise > 0.0);
     // Far from the minimum what is left is more than noise, and a robust loss of the noise alone
@@ -949,21 +955,18 @@ void Calibration::Report() {
       report.independent = field.share * report.points;
       report.deformation = fields_[f].deformation;
       report.rotation = Eigen::Vector3d(field.motion.data()).norm();
+      const int components = field.components[0] + field.components[1] + field.components[2];
       double sum = 0.0;
-      int count = 0, inliers = 0;
+      int inliers = 0;
       for (size_t i = 0; i < field.points.size(); ++i) {
-        double residuals[3];
+        double residuals[3];  // zero where not measured
         problem_->FieldResidual(field, static_cast<int>(i), residuals, nullptr);
-        bool inlier = true;
-        for (int c = 0; c < 3; ++c) {
-          if (!field.components[c]) continue;
-          sum += residuals[c] * residuals[c];
-          ++count;
-          inlier = inlier && std::abs(residuals[c]) <= 3.0;
-        }
-        inliers += inlier ? 1 : 0;
+        const Eigen::Map<Eigen::Vector3d> left(residuals);
+        if (left.norm() > 3.0) continue;
+        sum += left.squaredNorm();
+        ++inliers;
       }
-      report.rms = field.deviation * std::sqrt(sum / std::max(1, count));
+      report.rms = field.deviation * std::sqrt(sum / std::max(1, components * inliers));
       report.inliers = static_cast<double>(inliers) / std::max(1, report.points);
       grasp.fields.push_back(report);
     }

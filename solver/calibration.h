@@ -161,7 +161,7 @@ struct CalibrationSummary {
   };
   struct Field {
     std::string file;
-    double rms = 0.0;            // of the components that are measured
+    double rms = 0.0;            // of a measured component, of inliers
     int points = 0, beside = 0;  // used; not on the surface
     double inliers = 0.0;        // part of the points within three deviations
     double deviation = 0.0;      // of a component
