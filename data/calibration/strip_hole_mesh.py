@@ -9,8 +9,8 @@ A lattice of 4 n x n cells; in a square around the hole, rays from the circle to
 place of the lattice, with layers that are thinnest at the hole. The mesh is its own mirror image at
 x = 40, diagonals too, so that loads on the two ends are in balance to rounding. Vertices have six
 neighbours and three triangles on a boundary, where the limit surface then ends on the straight
-sides, all but those in the corners of square and strip and the two at x = 40 on the long sides: near
-these the rim of the surface waves by up to a twentieth of a cell.
+sides, all but those in the corners of the square and, on each long side and on the hole, those at
+x = 40: near these the rim of the surface waves by up to a twentieth of a cell.
 """
 import math
 import sys
