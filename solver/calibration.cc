@@ -79,8 +79,8 @@ std::vector<size_t> Spread(size_t count, int most) {
   return chosen;
 }
 
-// Parts of about as many points each, at most kRegions, by halving along the longest side; 0 and no
-// parts where there are too few points.
+// Parts of about as many points each, at most kRegions, by halving along the longest side, so that
+// 2 k and 2 k + 1 are halves of one; 0 and no parts where there are too few points.
 int Divide(const std::vector<Eigen::Vector3d>& points, std::vector<int>* parts) {
   constexpr size_t kLeast = 8;  // points of a part
   int halvings = 0;
@@ -262,26 +262,43 @@ bool Calibration::AddFields(std::string* error) {
       added.components = field.components;
       added.components[2] = field.components[2] && field.cloud.has_uz;
       added.free_motion = field.free_motion;
-      // What lies beside the sheet by more than this part of its size is no point of it.
+      // What lies beside the sheet by more than this part of its size is no point of it; through
+      // its thickness, a tenth more than to its faces is.
       const double beside = 1e-3 * surface.size();
+      const double above = 0.55 * (*models_)[g]->parameters().thickness + beside;
+      const bool in_space = added.components[0] && added.components[1] && added.components[2];
+      std::vector<double> heights;
       FieldPlan plan;
       plan.spec = &field;
       for (const size_t i : Spread(field.cloud.points.size(), spec_.max_points)) {
         const Eigen::Vector3d& x = field.cloud.points[i];
         const ShellFace::Foot foot = middle.Closest(x);
         Eigen::Vector3d left = x - foot.position;
+        double height = 0.0;
+        if (in_space) {
+          height = left.dot(foot.normal);
+          left -= height * foot.normal;
+        }
         for (int c = 0; c < 3; ++c) {
           if (!added.components[c]) {
             left[c] = 0.0;  // A plane field need not say where its plane is.
           }
         }
-        if (left.norm() > beside) {
+        if (left.norm() > beside || std::abs(height) > above) {
           ++plan.beside;
           continue;
         }
         added.points.push_back(x);
         added.measured.push_back(field.cloud.displacements[i]);
         added.feet.push_back(foot.at);
+        heights.push_back(height);
+      }
+      // Rounding of points that are meant to be on the middle surface is no height.
+      constexpr double kNothing = 1e-9;
+      if (std::any_of(heights.begin(), heights.end(), [&](double height) {
+            return std::abs(height) > kNothing * surface.size();
+          })) {
+        added.heights = Eigen::Map<const Eigen::RowVectorXd>(heights.data(), heights.size());
       }
       if (added.points.size() < 10) {
         *error = field.location.file + ":" + std::to_string(field.location.line) + ": " +
@@ -338,8 +355,8 @@ bool Calibration::SetDeviations() {
   return SetFieldDeviations() || changed;
 }
 
-// What the means of regions vary by, as a multiple of what they would if errors were independent
-// and had the field's deviation.
+// What the means of regions and of pairs of them vary by, the more of both, as a multiple of what
+// they would if errors were independent and had the field's deviation.
 double Calibration::RegionVariance(const CalibrationProblem::Field& field,
                                    const std::vector<std::array<double, 3>>& left) const {
   const FieldPlan& plan = fields_[&field - problem_->fields().data()];
@@ -354,18 +371,27 @@ double Calibration::RegionVariance(const CalibrationProblem::Field& field,
     counts[plan.regions[i]] += 1.0;
     for (int c = 0; c < 3; ++c) sums[plan.regions[i]][c] += factor * left[i][c];
   }
-  double sum = 0.0;
-  for (int r = 0; r < plan.num_regions; ++r) {
-    for (int c = 0; c < 3; ++c) sum += sums[r][c] * sums[r][c] / counts[r];
-  }
   // Each unknown that was fitted has taken one degree of freedom.
   const double fitted =
       static_cast<double>(problem_->Interest().size()) + (!field.free_motion ? 0.0
                                                           : components == 3  ? 6.0
                                                           : components == 2  ? 3.0
                                                                              : 1.0);
-  const double freedom = std::max(1.0, components * plan.num_regions - fitted);
-  return sum / (field.deviation * field.deviation * freedom);
+  // Errors that are smooth over more than one region show in pairs of them.
+  double largest = 0.0;
+  for (int parts = plan.num_regions; parts >= plan.num_regions / 2; parts /= 2) {
+    double sum = 0.0;
+    for (int r = 0; r < parts; ++r) {
+      for (int c = 0; c < 3; ++c) sum += sums[r][c] * sums[r][c] / counts[r];
+    }
+    const double freedom = std::max(1.0, components * parts - fitted);
+    largest = std::max(largest, sum / (field.deviation * field.deviation * freedom));
+    for (int r = 0; r < parts / 2; ++r) {
+      counts[r] = counts[2 * r] + counts[2 * r + 1];
+      for (int c = 0; c < 3; ++c) sums[r][c] = sums[2 * r][c] + sums[2 * r + 1][c];
+    }
+  }
+  return largest;
 }
 
 bool Calibration::SetFieldDeviations() {

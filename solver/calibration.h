@@ -26,8 +26,7 @@ namespace darboux {
 // minimise
 //
 //   1/2 sum over scans, points i      rho(((d_i(theta, t_g, pose_s) - r) / s_s)^2)
-// + 1/2 sum over fields, points i     rho(|motion_f(X_i + u_i(theta, t_g)) - X_i - measured_i|^2 /
-// s_f^2)
+// + 1/2 sum over fields, points i     rho(|motion_f(X + u(theta, t_g)) - X - measured_i|^2 / s_f^2)
 // + 1/2 sum over force readings k     ((F_k(theta, t_g) (1 + m) + c tau_g - reading_k) / error_k)^2
 // + 1/2 [ (t_g / travel error)^2 + (m / model error)^2 + (c / drift)^2 + (r / rest error)^2
 //         + priors of theta ]
@@ -47,11 +46,15 @@ namespace darboux {
 // tells outliers; each of n points counts s^2 / (sigma^2 + e^2 max(1, n / kRegions)) times, so that
 // all of them know what kRegions independent ones do.
 //
+// A point of a field within half the thickness h (and a little) of the middle surface, at the
+// height z above it, moves by u + z (n' - n), n the normal at rest and n' that of the state; others
+// are left out.
+//
 // Points of a field do likewise, with e of the largest displacement that is not a rigid motion and
 // zero unless the field says otherwise, because what neighbours share can be seen there: the means
-// m_r of what is left in each of kRegions parts of n_r points would have the variance s^2 / n_r if
-// errors were independent. Where they have D times that, a point counts 1 / D times. A field's
-// deviation is the standard deviation of one component of one point.
+// m_r of what is left in each of kRegions parts (or pairs of them) of n_r points would have the
+// variance s^2 / n_r if errors were independent. Where they have D times that, a point counts 1 / D
+// times. A field's deviation is the standard deviation of one component of one point.
 struct CalibrationSpec {
   struct Parameter {
     bool asked = false;

@@ -265,6 +265,48 @@ std::vector<StateParameter> CalibrationProblem::Wanted(bool all) const {
   return wanted;
 }
 
+// d(n' - n) at the field's feet when displacements change along a direction, by central
+// differences: exact to 1e-9 or so, of what is a small part of a displacement.
+Eigen::Matrix3Xd CalibrationProblem::TurnRates(const Field& field,
+                                               const Eigen::Matrix3Xd& displacements,
+                                               const Eigen::Matrix3Xd& direction) const {
+  constexpr double kStep = 1e-6;
+  const Eigen::Index n = static_cast<Eigen::Index>(field.feet.size());
+  Eigen::Matrix3Xd rates = Eigen::Matrix3Xd::Zero(3, n);
+  const double largest = direction.cwiseAbs().maxCoeff();
+  if (!(largest > 0.0)) return rates;
+  const bool is_linear = models_[field.grasp]->summary().theory == Theory::kLinear;
+  const double step = kStep * size_ / largest;
+  ShellFace middle(models_[field.grasp]->problem().surface(), 0.0);
+  for (const double side : {1.0, -1.0}) {
+    const Eigen::Matrix3Xd change = side * step * direction;
+    if (is_linear) {
+      middle.SetDisplacements(change);  // The linear theory turns normals from rest.
+    } else {
+      middle.SetDisplacements(displacements + change);
+    }
+    for (Eigen::Index i = 0; i < n; ++i) {
+      rates.col(i) += side / (2.0 * step) * middle.Evaluate(field.feet[i]).normal;
+    }
+  }
+  return rates;
+}
+
+// n' - n at the field's feet.
+Eigen::Matrix3Xd CalibrationProblem::Turns(const Field& field,
+                                           const Eigen::Matrix3Xd& displacements) const {
+  if (models_[field.grasp]->summary().theory == Theory::kLinear) {
+    return TurnRates(field, displacements, displacements);
+  }
+  ShellFace middle(models_[field.grasp]->problem().surface(), 0.0);  // at rest
+  const Eigen::Index n = static_cast<Eigen::Index>(field.feet.size());
+  Eigen::Matrix3Xd turns(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) turns.col(i) = -middle.Evaluate(field.feet[i]).normal;
+  middle.SetDisplacements(displacements);
+  for (Eigen::Index i = 0; i < n; ++i) turns.col(i) += middle.Evaluate(field.feet[i]).normal;
+  return turns;
+}
+
 bool CalibrationProblem::Update(bool derivatives) {
   const ShellParameters parameters = Parameters();
   for (size_t g = 0; g < models_.size(); ++g) {
@@ -304,6 +346,9 @@ bool CalibrationProblem::Update(bool derivatives) {
       for (size_t v = 0; v < vertices.size(); ++v) {
         field.model.col(i) += field.weights[i][v] * u.col(vertices[v]);
       }
+    }
+    if (field.heights.size() > 0) {
+      field.model.array() += Turns(field, u).array().rowwise() * field.heights.array();
     }
   }
   if (!derivatives) return true;
@@ -351,6 +396,11 @@ bool CalibrationProblem::Update(bool derivatives) {
           for (size_t v = 0; v < vertices.size(); ++v) {
             field.rates[k].col(i) += unit * field.weights[i][v] * by->displacement.col(vertices[v]);
           }
+        }
+        if (field.heights.size() > 0) {
+          const Eigen::Matrix3Xd turns =
+              TurnRates(field, models_[g]->displacements(), by->displacement);
+          field.rates[k].array() += (unit * turns).array().rowwise() * field.heights.array();
         }
       }
       for (size_t f = 0; f < forces_.size(); ++f) {

@@ -54,6 +54,9 @@ class CalibrationProblem : public ceres::EvaluationCallback {
     double deviation = 1.0, share = 1.0;  // as those of a scan
     std::vector<Eigen::Vector3d> points, measured;
     std::vector<ElementPoint> feet;
+    // Of the points at rest above the middle surface, along its normal n: points of a face move by
+    // u + height (n' - n). Empty: all 0.
+    Eigen::RowVectorXd heights;
     std::vector<Eigen::VectorXd> weights;
     std::array<double, 6> motion{};
     int column = 0;
@@ -132,6 +135,10 @@ class CalibrationProblem : public ceres::EvaluationCallback {
 
  private:
   bool Update(bool derivatives);
+  Eigen::Matrix3Xd Turns(const Field& field, const Eigen::Matrix3Xd& displacements) const;
+  Eigen::Matrix3Xd TurnRates(const Field& field,
+                             const Eigen::Matrix3Xd& displacements,
+                             const Eigen::Matrix3Xd& direction) const;
   std::vector<StateParameter> Wanted(bool all) const;
 
   const CalibrationSpec& spec_;

@@ -13,9 +13,11 @@
 #include <random>
 #include <string>
 
+#include "geometry/shell_face.h"
 #include "solver/calibration.h"
 #include "solver/calibration_reader.h"
 #include "solver/scene_reader.h"
+#include "tests/solve_util.h"
 
 namespace darboux {
 namespace {
@@ -258,6 +260,55 @@ TEST(FieldCalibrationTest, AShapeErrorIsRelativeToTheDeformation) {
   EXPECT_LT(field.independent, 4.0 * kRegions);
   EXPECT_GT(field.independent, kRegions);
 }
+
+// What a camera sees of a bent plate is its face, which also moves as the plate turns.
+class FaceTest : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(FaceTest, PointsOfAFaceTurnWithIt) {
+  const std::string text =
+      "name: plate\n"
+      "surface: {kind: plane, u: [0, 2], v: [0, 1], divisions: [10, 5]}\n"
+      "shell: {thickness: 0.05, young_modulus: 2e5, poisson_ratio: 0.3}\n"
+      "model: {theory: " +
+      std::string(GetParam()) +
+      "}\n"
+      "supports: [{on: u_min, clamped: true}]\n"
+      "loads: [{kind: pressure, value: 0.2}]\n";
+  const Solution truth = SolveScene(SceneFromText(text));
+  const ShellSurface& surface = truth.problem->surface();
+  const double offset = 0.5 * 0.05;
+  ShellFace rest(surface, offset), state(surface, offset), before(surface, offset);
+  // The linear theory turns normals linearly.
+  const bool is_linear = std::string(GetParam()) == "linear";
+  const double part = is_linear ? 1e-6 : 1.0;
+  state.SetDisplacements(part * truth.problem->displacements());
+  before.SetDisplacements(-part * truth.problem->displacements());
+  CalibrationSpec spec;
+  spec.name = "plate";
+  spec.compare_linear = false;
+  spec.parameter(StateParameter::kYoungModulus).asked = true;
+  spec.parameter(StateParameter::kYoungModulus).start = 3e5;
+  spec.grasps.emplace_back();
+  spec.grasps[0].scene = SceneFromText(text);
+  CalibrationSpec::Field field;
+  field.file = "plate.csv";
+  field.free_motion = false;
+  for (int e = 0; e < surface.num_elements(); ++e) {
+    const ElementPoint at = {e, 0.3, 0.2};
+    const Eigen::Vector3d x = rest.Evaluate(at).position, after = state.Evaluate(at).position;
+    field.cloud.points.push_back(x);
+    field.cloud.displacements.push_back(
+        is_linear ? Eigen::Vector3d((after - before.Evaluate(at).position) / (2.0 * part))
+                  : Eigen::Vector3d(after - x));
+  }
+  spec.grasps[0].fields.push_back(field);
+  const CalibrationSummary summary = Calibrated(spec);
+  EXPECT_EQ(summary.grasps[0].fields[0].beside, 0);
+  EXPECT_NEAR(ModulusOf(summary), 2e5, 1e-6 * 2e5);
+  EXPECT_LT(summary.grasps[0].fields[0].rms, 1e-6 * summary.grasps[0].max_displacement);
+}
+
+INSTANTIATE_TEST_SUITE_P(Theories, FaceTest, ::testing::Values("linear", "nonlinear"));
 
 class FilesTest : public ::testing::Test {
  protected:
