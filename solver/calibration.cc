@@ -514,7 +514,7 @@ bool Calibration::Minimise(std::string* message) {
       // Costs are squares of standard deviations: less than this is nothing, in exact data too.
       constexpr double kNothing = 1e-10;
       if (step.iteration > 0 && step.step_is_successful &&
-          step.cost_change <= kNothing + 1e-6 * step.cost) {
+          step.cost_change <= kNothing + 1e-5 * step.cost) {
         return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
       }
       const SolverOptions& solver = owner_.options_.solver;
@@ -853,8 +853,10 @@ void Calibration::ReportEstimates() {
   const Posterior::Spread spread = posterior.Find(scales), alone = data.Find(scales);
 
   bool no_signal = !problem_->forces().empty();
-  for (const CalibrationProblem::Force& force : problem_->forces()) {
-    no_signal = no_signal && std::abs(force.reading) < kSignal * force.error;
+  for (const CalibrationSpec::Grasp& grasp : spec_.grasps) {
+    for (const CalibrationSpec::ForceReading& force : grasp.forces) {
+      no_signal = no_signal && std::abs(force.value) < kSignal * force.error;
+    }
   }
   bool all_identified = true, has_fingers = false;
   for (const auto& model : *models_) has_fingers = has_fingers || !model->scene().fingers.empty();
@@ -1180,7 +1182,8 @@ bool Calibrate(const CalibrationSpec& spec,
   const auto& used = models != nullptr ? *models : own;
   const bool nonlinear =
       std::any_of(used.begin(), used.end(), [](const std::unique_ptr<StateModel>& model) {
-        return model->summary().theory == Theory::kNonlinear;
+        // Gas is for the nonlinear theory: what it does before fingers come is not small.
+        return model->summary().theory == Theory::kNonlinear && FindGas(model->scene()) == nullptr;
       });
   if (spec.compare_linear && nonlinear && summary->IsConverged() &&
       summary->Find(StateParameter::kYoungModulus) != nullptr) {

@@ -194,7 +194,7 @@ CalibrationProblem::CalibrationProblem(const CalibrationSpec& spec,
       forces_.push_back({static_cast<int>(g),
                          reading.finger,
                          reading.value,
-                         reading.error,
+                         std::hypot(reading.error, spec.model_error * reading.value),
                          end > begin ? (grasp.time - begin) / (end - begin) : 0.0});
     }
   }

@@ -294,9 +294,18 @@ bool LoadStepping::AdvanceFromStart(double factor, Result* result) {
   problem_->SetLoadFactor(factor);
   const double undeformed = energy();
   problem_->displacements() = start_;
-  const MixedIteration::Options options = MixedOptions();
+  MixedIteration::Options options = MixedOptions();
   Grasp* const grasp = problem_->grasp();
-  if (grasp != nullptr) mixed_->SetStresses();  // Near the answer, or fingers come through.
+  if (grasp != nullptr) {
+    // Near the answer, or it is faster to come from rest.
+    mixed_->SetStresses();
+    options.max_iterations = std::min(options.max_iterations, kFewIterations);
+    Grasp::State contact = grasp->state();
+    if (start_contact_.size() == contact.multipliers.size()) {
+      contact.multipliers = start_contact_;
+      grasp->SetState(contact);
+    }
+  }
   MixedIteration::Summary summary = mixed_->Solve(options);
   if (grasp != nullptr) SettleGrasp(options, true, &summary);
   result->iterations += summary.iterations;

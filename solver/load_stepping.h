@@ -44,8 +44,11 @@ class LoadStepping {
   }
   // Control displacements to start from instead of rest. Where they lead to no equilibrium, or to
   // one that is unstable or has more energy than the undeformed shell, that is noted, and the
-  // answer is what is found from rest.
-  void SetStart(const Eigen::Matrix3Xd& displacements) { start_ = displacements; }
+  // answer is what is found from rest. contact: multipliers of contact there, or none.
+  void SetStart(const Eigen::Matrix3Xd& displacements, const std::vector<double>& contact) {
+    start_ = displacements;
+    start_contact_ = contact;
+  }
 
   // From an unstable equilibrium, which must be the last good state: pushed a little along the
   // mode, either way, and down in energy by Ceres. The lower of the two is the new good state.
@@ -108,6 +111,7 @@ class LoadStepping {
   State good_;
   State before_good_;  // the one before it; no displacements: there is none
   Eigen::Matrix3Xd start_;
+  std::vector<double> start_contact_;
   Eigen::Matrix3Xd linear_displacements_;
   std::vector<double> linear_multipliers_;
 };

@@ -571,7 +571,7 @@ bool Solve(const Scene& scene,
                  std::to_string(nonlinear->displacements().cols());
         return false;
       }
-      stepping.SetStart(options.initial_displacements);
+      stepping.SetStart(options.initial_displacements, options.initial_contact);
     }
     for (int step = 1; step <= scene.steps; ++step) {
       LoadStepping::Result result = stepping.Advance(static_cast<double>(step) / scene.steps);

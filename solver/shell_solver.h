@@ -43,6 +43,9 @@ struct SolverOptions {
   double theory_tolerance = 0.01;
   // Nonlinear theory: control displacements to start from, 3 x control vertices; empty = rest.
   Eigen::Matrix3Xd initial_displacements;
+  // With it, where fingers have as many contact points: their multipliers (Grasp::State) in that
+  // state, so that contact need not be found anew. Empty: none.
+  std::vector<double> initial_contact;
   const std::atomic<bool>* stop = nullptr;  // set from elsewhere (Ctrl-C): stop at the next chance
   std::function<void(const StepReport&)> on_step;  // after each load step
 

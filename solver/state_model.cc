@@ -71,6 +71,7 @@ bool StateModel::SolveAnew(const Scene& scene, const Eigen::Matrix3Xd& guess, st
   SolverSummary summary;
   SolverOptions options = options_;
   options.initial_displacements = guess;
+  if (guess.size() > 0) options.initial_contact = contact_;
   const bool posed = darboux::Solve(scene, options, &problem, &summary, error);
   work_.solve_s += Since(start);
   ++work_.solutions;
@@ -88,6 +89,7 @@ bool StateModel::SolveAnew(const Scene& scene, const Eigen::Matrix3Xd& guess, st
   summary_ = std::move(summary);
   solved_modulus_ = scene.shell.young_modulus;
   displacements_ = problem_->displacements();
+  if (problem_->grasp() != nullptr) contact_ = problem_->grasp()->state().multipliers;
   forces_ = ForcesAlong(scene, summary_.steps.back().fingers);
   max_displacement_ = summary_.max_displacement;
   return true;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "solver/equilibrium_sensitivity.h"
 #include "solver/scene.h"
@@ -93,6 +94,7 @@ class StateModel {
   std::unique_ptr<ShellProblem> problem_;
   SolverSummary summary_;
   Eigen::Matrix3Xd displacements_;
+  std::vector<double> contact_;  // multipliers, as SolverOptions::initial_contact
   Eigen::VectorXd forces_;
   double max_displacement_ = 0.0;
   std::array<std::optional<StateDerivative>, kNumStateParameters> derivatives_;

@@ -90,6 +90,7 @@ TEST(SolidsCalibrationTest, Try) {
   if (gas) spec.parameter(StateParameter::kGasPressure).asked = true;
   if (getenv("SHAPE")) spec.shape_error = atof(getenv("SHAPE"));
   for (const double travel : {2.0, 4.0, 6.0}) {
+    if (getenv("JOINT")) break;
     spec.grasps = {Grasp(travel, frequency, gas, 1)};
     if (getenv("FREE")) spec.grasps[0].travel_error = atof(getenv("FREE"));
     const CalibrationSummary summary = Calibrated(spec);
@@ -98,8 +99,14 @@ TEST(SolidsCalibrationTest, Try) {
   spec.grasps.clear();
   for (const double travel : {2.0, 4.0, 6.0})
     spec.grasps.push_back(Grasp(travel, frequency, gas, 1));
+  if (getenv("REST")) spec.rest_error = atof(getenv("REST"));
+  for (auto& g : spec.grasps) {
+    if (getenv("NOSCAN")) g.scans.clear();
+    if (getenv("FREE")) g.travel_error = atof(getenv("FREE"));
+  }
   const CalibrationSummary summary = Calibrated(spec);
   printf("%s\n", summary.FullReport().c_str());
+  printf("rest %g bias %g\n", summary.rest_offset, summary.model_bias);
 }
 
 }  // namespace
