@@ -150,7 +150,7 @@ class Calibration {
   bool SetFieldDeviations();
   double RegionVariance(const CalibrationProblem::Field& field,
                         const std::vector<std::array<double, 3>>& left) const;
-  bool AlignFields();
+  void AlignFields();
   bool ScaleModulus();
   bool Minimise(std::string* message);
   void Report();
@@ -441,8 +441,8 @@ bool Calibration::SetFieldDeviations() {
 
 // Where a rigid motion is free, starts with that which fits best; and with the modulus that does,
 // where displacements are inversely proportional to it.
-bool Calibration::AlignFields() {
-  if (fields_.empty()) return true;
+void Calibration::AlignFields() {
+  if (fields_.empty()) return;
   bool scales = spec_.parameter(StateParameter::kYoungModulus).asked && problem_->forces().empty();
   for (const auto& model : *models_) {
     scales =
@@ -463,7 +463,7 @@ bool Calibration::AlignFields() {
     scale += upper / lower;
   }
   constexpr double kMost = 1e6;
-  if (!scales || !(scale > 1.0 / kMost && scale < kMost)) return true;
+  if (!scales || !(scale > 1.0 / kMost && scale < kMost)) return;
   ShellParameters parameters = problem_->Parameters();
   parameters.young_modulus /= scale;
   problem_->SetParameters(parameters);
@@ -471,7 +471,6 @@ bool Calibration::AlignFields() {
     Eigen::Matrix3Xd left, turned;
     problem_->FitMotion(scale, &field, &left, &turned);
   }
-  return true;
 }
 
 // Forces are nearly proportional to Young's modulus: Newton's first step in its logarithm would
