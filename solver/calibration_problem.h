@@ -54,6 +54,9 @@ class CalibrationProblem : public ceres::EvaluationCallback {
     double deviation = 1.0, share = 1.0;  // as those of a scan
     std::vector<Eigen::Vector3d> points, measured;
     std::vector<ElementPoint> feet;
+    // Of the points at rest above the middle surface, along its normal n: points of a face move by
+    // u + height (n' - n). Empty: all 0.
+    Eigen::RowVectorXd heights;
     std::vector<Eigen::VectorXd> weights;
     std::array<double, 6> motion{};
     int column = 0;
@@ -72,6 +75,17 @@ class CalibrationProblem : public ceres::EvaluationCallback {
 
   int AddScan(Scan scan);
   int AddField(Field field);
+  // The rigid motion of the field that leaves least of it where the model's displacements are
+  // `scale` times what they are (Kabsch), in the components that are measured; sets its unknowns.
+  // *left: what is left per point, *turned: the model's displacements, turned. After
+  // PrepareForEvaluation.
+  void FitMotion(double scale,
+                 Field* field,
+                 Eigen::Matrix3Xd* left,
+                 Eigen::Matrix3Xd* turned) const;
+  // The largest displacement of the model at the field's points that is not a rigid motion, in the
+  // components that are measured; where no rigid motion is free, the largest displacement.
+  double Deformation(const Field& field) const;
   // After all scans and fields.
   void Finish();
 
@@ -119,10 +133,16 @@ class CalibrationProblem : public ceres::EvaluationCallback {
   // Residuals and derivatives of single measurements, for the blocks.
   bool ScanResidual(const Scan& scan, int point, double* residual, double* by_motion) const;
   void FieldResidual(const Field& field, int point, double* residuals, double* by_motion) const;
+  // Of the displacement of a point by theta or travel, turned as the whole field is.
+  Eigen::Vector3d FieldRate(const Field& field, int point, int k) const;
   void ForceResidual(const Force& force, double* residual, double** jacobians) const;
 
  private:
   bool Update(bool derivatives);
+  Eigen::Matrix3Xd Turns(const Field& field, const Eigen::Matrix3Xd& displacements) const;
+  Eigen::Matrix3Xd TurnRates(const Field& field,
+                             const Eigen::Matrix3Xd& displacements,
+                             const Eigen::Matrix3Xd& direction) const;
   std::vector<StateParameter> Wanted(bool all) const;
 
   const CalibrationSpec& spec_;
