@@ -12,6 +12,7 @@
 #include <sstream>
 #include <utility>
 
+#include "geometry/point_tree.h"
 #include "solver/calibration_problem.h"
 #include "solver/minimisation.h"
 
@@ -20,6 +21,7 @@ namespace {
 
 using Estimate = CalibrationSummary::Estimate;
 
+constexpr char kStopped[] = "stopped before there was a result: interrupted, or out of time";
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Robust distances of a scan to the state of its scene, in sizes of the shell, before anything is
 // fitted.
@@ -123,6 +125,28 @@ bool IsDrivenByLoads(const Scene& scene) {
   return !scene.loads.empty() && scene.fingers.empty() && FindGas(scene) == nullptr;
 }
 
+// Numbers of points that lie beyond the limit together with most of their neighbours, on one side.
+std::vector<size_t> BeyondTogether(const std::vector<Eigen::Vector3d>& points,
+                                   const std::vector<ShellFace::Foot>& feet,
+                                   double limit) {
+  constexpr int kNeighbours = 9;  // itself is one
+  std::vector<size_t> together;
+  PointTree tree;
+  tree.Build(points);
+  for (size_t i = 0; i < points.size(); ++i) {
+    const double distance = feet[i].distance;
+    if (!(std::abs(distance) > limit)) continue;
+    const PointTree::Neighbours near = tree.Nearest(points[i], kNeighbours);
+    int same = 0;
+    for (int k = 0; k < near.count; ++k) {
+      const double other = feet[near.index[k]].distance;
+      same += std::abs(other) > limit && (other > 0.0) == (distance > 0.0);
+    }
+    if (2 * same > near.count) together.push_back(i);
+  }
+  return together;
+}
+
 class Calibration {
  public:
   Calibration(const CalibrationSpec& spec,
@@ -142,6 +166,15 @@ class Calibration {
     summary_.termination = termination;
     summary_.message = message;
     return true;
+  }
+  bool EndWithoutState() {
+    return IsStopped() ? End(Termination::kStopped, kStopped)
+                       : End(Termination::kFailed, problem_->error());
+  }
+  bool IsStopped() const {
+    const SolverOptions& solver = options_.solver;
+    return (solver.time_limit_s > 0.0 && Since(start_) > solver.time_limit_s) ||
+           (solver.stop != nullptr && solver.stop->load());
   }
   Scene SceneOf(const CalibrationSpec::Grasp& grasp) const;
   bool AddScans(std::string* error);
@@ -221,6 +254,7 @@ bool Calibration::AddScans(std::string* error) {
       if (scan.pose) {
         added.pose = *scan.pose;
       } else {
+        if (IsStopped()) return End(Termination::kStopped, kStopped);
         Progress("registering " + scan.file);
         RegistrationOptions options;
         options.noise = spec_.noise;
@@ -515,15 +549,20 @@ bool Calibration::Minimise(std::string* message) {
           step.cost_change <= kNothing + 1e-5 * step.cost) {
         return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
       }
-      const SolverOptions& solver = owner_.options_.solver;
-      const bool late = solver.time_limit_s > 0.0 && Since(owner_.start_) > solver.time_limit_s;
-      return late || (solver.stop != nullptr && solver.stop->load()) ? ceres::SOLVER_ABORT
-                                                                     : ceres::SOLVER_CONTINUE;
+      // Poses that scans hardly determine creep. Half squares of standard deviations that change
+      // by so little, time after time, change no estimate.
+      constexpr double kCreep = 1e-3;
+      constexpr int kCreeping = 5;
+      const double creep = kCreep * std::min(1.0, step.cost);
+      if (step.step_is_successful) creeping_ = step.cost_change <= creep ? creeping_ + 1 : 0;
+      if (creeping_ >= kCreeping) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+      return owner_.IsStopped() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
     }
 
    private:
     const Calibration& owner_;
     int* iterations_;
+    int creeping_ = 0;  // steps
   };
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = problem_.get();
@@ -544,18 +583,19 @@ bool Calibration::Minimise(std::string* message) {
   summary_.cost = result.final_cost;
   // States, feet and distances belong to the last point that Ceres tried: to the one it chose now.
   problem_->PrepareForEvaluation(false, true);
+  const bool converged = result.termination_type == ceres::CONVERGENCE ||
+                         result.termination_type == ceres::USER_SUCCESS;
+  // A state that was not found for lack of time ends Ceres in other ways.
+  if (result.termination_type == ceres::USER_FAILURE ||
+      (IsStopped() && (problem_->failed() || !converged))) {
+    *message = kStopped;
+    return false;
+  }
   if (problem_->failed()) {
     *message = problem_->error();
     return false;
   }
-  if (result.termination_type == ceres::USER_FAILURE) {
-    *message = "stopped";
-    return false;
-  }
-  if (result.termination_type == ceres::CONVERGENCE ||
-      result.termination_type == ceres::USER_SUCCESS) {
-    return true;
-  }
+  if (converged) return true;
   *message = result.message + (problem_->error().empty() ? "" : " (" + problem_->error() + ")");
   return false;
 }
@@ -966,6 +1006,25 @@ void Calibration::Report() {
       }
       report.distances = MakeDistanceStatistics(inliers);
       report.inliers = static_cast<double>(inliers.size()) / std::max(1, report.points);
+      // Outliers are lonely; where whole regions are outliers the scan is of something else there.
+      constexpr double kRegion = 0.005;  // part of the points
+      const std::vector<size_t> together =
+          BeyondTogether(scan.points, scan.feet, 3.0 * scan.deviation);
+      if (together.size() > std::max(5.0, kRegion * report.points)) {
+        double farthest = 0.0;
+        for (const size_t i : together) {
+          if (std::abs(scan.feet[i].distance) > std::abs(farthest)) {
+            farthest = scan.feet[i].distance;
+          }
+        }
+        summary_.notes.push_back(
+            report.file + ": " + std::to_string(together.size()) + " of " +
+            std::to_string(report.points) +
+            " points lie together and off the computed state, up to " + Number(std::abs(farthest)) +
+            (farthest > 0.0 ? " outside" : " inside") +
+            " of it: a scan of another state, a wrong travel, or a finger that was scanned as "
+            "well; they hardly count");
+      }
       grasp.scans.push_back(report);
     }
     for (size_t f = 0; f < fields_.size(); ++f) {
@@ -1008,6 +1067,7 @@ bool Calibration::Run(std::vector<std::unique_ptr<StateModel>>* models, std::str
     Progress("solving " + grasp.scene_file);
     auto model = StateModel::Create(SceneOf(grasp), options_.solver, error);
     if (model == nullptr) {
+      if (IsStopped()) return End(Termination::kStopped, kStopped);
       // A scene that cannot be posed is bad input; one without solution is trouble.
       return error->find("has no solution") != std::string::npos ? End(Termination::kFailed, *error)
                                                                  : false;
@@ -1016,14 +1076,14 @@ bool Calibration::Run(std::vector<std::unique_ptr<StateModel>>* models, std::str
   }
   problem_ = std::make_unique<CalibrationProblem>(spec_, options_.solver.num_threads, models);
   if (!AddScans(error) || !AddFields(error)) return false;
-  if (summary_.termination == Termination::kNoMatch) return true;
+  if (summary_.termination != Termination::kNotRun) return true;  // Without match, or stopped.
   problem_->Finish();
   ScaleModulus();
   problem_->PrepareForEvaluation(false, true);
-  if (problem_->failed()) return End(Termination::kFailed, problem_->error());
+  if (problem_->failed()) return EndWithoutState();
   AlignFields();
   problem_->PrepareForEvaluation(false, true);
-  if (problem_->failed()) return End(Termination::kFailed, problem_->error());
+  if (problem_->failed()) return EndWithoutState();
   SetDeviations();
   std::string message;
   bool converged = false;
@@ -1047,7 +1107,7 @@ bool Calibration::Run(std::vector<std::unique_ptr<StateModel>>* models, std::str
   }
   summary_.seconds = Since(start_);
   if (!converged) {
-    return End(message == "stopped" ? Termination::kStopped : Termination::kNotConverged, message);
+    return End(message == kStopped ? Termination::kStopped : Termination::kNotConverged, message);
   }
   ReportEstimates();
   summary_.seconds = Since(start_);
