@@ -161,8 +161,9 @@ TEST(SolidsCalibrationTest, OneForceDoesNotGiveModulusAndPressure) {
   }
 }
 
-// Between the spheres of 2 mm that the paper has; blunter fingers bend more and stretch less: 21.4
-// %.
+// A small dent resists in proportion to E h^2 (linear theory, E. Reissner), a deep one to E h^2.5
+// (A. V. Pogorelov): 17.4 to 21.2 % for a tenth. The wall's own thickness under the finger adds a
+// little.
 TEST(SolidsCalibrationTest, ATenthMoreThicknessMakesTheModulusAFifthLower) {
   for (const int finger : {2, 10}) {
     CalibrationSpec spec = Spec();
@@ -176,9 +177,8 @@ TEST(SolidsCalibrationTest, ATenthMoreThicknessMakesTheModulusAFifthLower) {
     const auto& sensitivity = right.sensitivities[0];
     ASSERT_EQ(sensitivity.to, "thickness");
     EXPECT_NEAR(ratio, std::pow(1.1, sensitivity.value), 5e-3);
-    if (finger != 2) continue;
-    EXPECT_LE(ratio, 0.83);
-    EXPECT_GE(ratio, 0.79);
+    EXPECT_LE(ratio, std::pow(1.1, -2.0));
+    EXPECT_GE(ratio, std::pow(1.1, -2.6));
   }
 }
 
