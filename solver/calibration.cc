@@ -12,6 +12,7 @@
 #include <sstream>
 #include <utility>
 
+#include "geometry/point_tree.h"
 #include "solver/calibration_problem.h"
 #include "solver/minimisation.h"
 
@@ -20,6 +21,7 @@ namespace {
 
 using Estimate = CalibrationSummary::Estimate;
 
+constexpr char kStopped[] = "stopped before there was a result: interrupted, or out of time";
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Robust distances of a scan to the state of its scene, in sizes of the shell, before anything is
 // fitted.
@@ -123,6 +125,28 @@ bool IsDrivenByLoads(const Scene& scene) {
   return !scene.loads.empty() && scene.fingers.empty() && FindGas(scene) == nullptr;
 }
 
+// Numbers of points that lie beyond the limit together with most of their neighbours, on one side.
+std::vector<size_t> BeyondTogether(const std::vector<Eigen::Vector3d>& points,
+                                   const std::vector<ShellFace::Foot>& feet,
+                                   double limit) {
+  constexpr int kNeighbours = 9;  // itself is one
+  std::vector<size_t> together;
+  PointTree tree;
+  tree.Build(points);
+  for (size_t i = 0; i < points.size(); ++i) {
+    const double distance = feet[i].distance;
+    if (!(std::abs(distance) > limit)) continue;
+    const PointTree::Neighbours near = tree.Nearest(points[i], kNeighbours);
+    int same = 0;
+    for (int k = 0; k < near.count; ++k) {
+      const double other = feet[near.index[k]].distance;
+      same += std::abs(other) > limit && (other > 0.0) == (distance > 0.0);
+    }
+    if (2 * same > near.count) together.push_back(i);
+  }
+  return together;
+}
+
 class Calibration {
  public:
   Calibration(const CalibrationSpec& spec,
@@ -143,6 +167,15 @@ class Calibration {
     summary_.message = message;
     return true;
   }
+  bool EndWithoutState() {
+    return IsStopped() ? End(Termination::kStopped, kStopped)
+                       : End(Termination::kFailed, problem_->error());
+  }
+  bool IsStopped() const {
+    const SolverOptions& solver = options_.solver;
+    return (solver.time_limit_s > 0.0 && Since(start_) > solver.time_limit_s) ||
+           (solver.stop != nullptr && solver.stop->load());
+  }
   Scene SceneOf(const CalibrationSpec::Grasp& grasp) const;
   bool AddScans(std::string* error);
   bool AddFields(std::string* error);
@@ -151,12 +184,12 @@ class Calibration {
   double RegionVariance(const CalibrationProblem::Field& field,
                         const std::vector<std::array<double, 3>>& left) const;
   void AlignFields();
-  bool ScaleModulus();
+  void ScaleModulus();
   bool Minimise(std::string* message);
   void Report();
   void ReportEstimates();
   void ReportSensitivities(const Posterior& posterior);
-  void Bootstrap(const Posterior& posterior, const std::vector<CalibrationProblem::Row>& rows);
+  void Bootstrap(const std::vector<CalibrationProblem::Row>& rows);
   std::string SeparatingGrasp(const Posterior& posterior,
                               const Eigen::VectorXd& scales,
                               size_t which);
@@ -221,6 +254,7 @@ bool Calibration::AddScans(std::string* error) {
       if (scan.pose) {
         added.pose = *scan.pose;
       } else {
+        if (IsStopped()) return End(Termination::kStopped, kStopped);
         Progress("registering " + scan.file);
         RegistrationOptions options;
         options.noise = spec_.noise;
@@ -475,19 +509,18 @@ void Calibration::AlignFields() {
 
 // Forces are nearly proportional to Young's modulus: Newton's first step in its logarithm would
 // overshoot by orders of magnitude from a bad start.
-bool Calibration::ScaleModulus() {
-  if (!spec_.parameter(StateParameter::kYoungModulus).asked) return true;
+void Calibration::ScaleModulus() {
+  if (!spec_.parameter(StateParameter::kYoungModulus).asked) return;
   double readings = 0.0, models = 0.0;
   for (const CalibrationProblem::Force& force : problem_->forces()) {
-    if (FindGas((*models_)[force.grasp]->scene()) != nullptr) return true;
+    if (FindGas((*models_)[force.grasp]->scene()) != nullptr) return;
     readings += force.reading;
     models += problem_->BareForceOf(force);
   }
-  if (!(readings > 0.0) || !(models > 0.0)) return true;
+  if (!(readings > 0.0) || !(models > 0.0)) return;
   ShellParameters parameters = problem_->Parameters();
   parameters.young_modulus *= readings / models;
   problem_->SetParameters(parameters);
-  return true;
 }
 
 bool Calibration::Minimise(std::string* message) {
@@ -516,15 +549,20 @@ bool Calibration::Minimise(std::string* message) {
           step.cost_change <= kNothing + 1e-5 * step.cost) {
         return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
       }
-      const SolverOptions& solver = owner_.options_.solver;
-      const bool late = solver.time_limit_s > 0.0 && Since(owner_.start_) > solver.time_limit_s;
-      return late || (solver.stop != nullptr && solver.stop->load()) ? ceres::SOLVER_ABORT
-                                                                     : ceres::SOLVER_CONTINUE;
+      // Poses that scans hardly determine creep. Half squares of standard deviations that change
+      // by so little, time after time, change no estimate.
+      constexpr double kCreep = 1e-3;
+      constexpr int kCreeping = 5;
+      const double creep = kCreep * std::min(1.0, step.cost);
+      if (step.step_is_successful) creeping_ = step.cost_change <= creep ? creeping_ + 1 : 0;
+      if (creeping_ >= kCreeping) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+      return owner_.IsStopped() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
     }
 
    private:
     const Calibration& owner_;
     int* iterations_;
+    int creeping_ = 0;  // steps
   };
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = problem_.get();
@@ -545,18 +583,19 @@ bool Calibration::Minimise(std::string* message) {
   summary_.cost = result.final_cost;
   // States, feet and distances belong to the last point that Ceres tried: to the one it chose now.
   problem_->PrepareForEvaluation(false, true);
+  const bool converged = result.termination_type == ceres::CONVERGENCE ||
+                         result.termination_type == ceres::USER_SUCCESS;
+  // A state that was not found for lack of time ends Ceres in other ways.
+  if (result.termination_type == ceres::USER_FAILURE ||
+      (IsStopped() && (problem_->failed() || !converged))) {
+    *message = kStopped;
+    return false;
+  }
   if (problem_->failed()) {
     *message = problem_->error();
     return false;
   }
-  if (result.termination_type == ceres::USER_FAILURE) {
-    *message = "stopped";
-    return false;
-  }
-  if (result.termination_type == ceres::CONVERGENCE ||
-      result.termination_type == ceres::USER_SUCCESS) {
-    return true;
-  }
+  if (converged) return true;
   *message = result.message + (problem_->error().empty() ? "" : " (" + problem_->error() + ")");
   return false;
 }
@@ -697,8 +736,7 @@ void Calibration::ReportSensitivities(const Posterior& posterior) {
   if (known_travels) add("travel", 1.0, product);
 }
 
-void Calibration::Bootstrap(const Posterior& posterior,
-                            const std::vector<CalibrationProblem::Row>& rows) {
+void Calibration::Bootstrap(const std::vector<CalibrationProblem::Row>& rows) {
   if (spec_.bootstrap <= 0) return;
   const std::vector<int> interest = problem_->Interest();
   std::vector<int> free = interest;
@@ -749,7 +787,6 @@ void Calibration::Bootstrap(const Posterior& posterior,
     const Eigen::VectorXd step = -ScaledPseudoInverse(h, 1e-11) * gradient;
     for (size_t k = 0; k < interest.size(); ++k) values[k].push_back(step[k]);
   }
-  (void)posterior;
   for (size_t k = 0; k < interest.size(); ++k) {
     std::sort(values[k].begin(), values[k].end());
     const auto quantile = [&](double q) {
@@ -928,7 +965,7 @@ void Calibration::ReportEstimates() {
   }
   if (all_identified) summary_.correlation = spread.correlation;
   ReportSensitivities(posterior);
-  Bootstrap(posterior, rows);
+  Bootstrap(rows);
   for (size_t g = 0; g < spec_.grasps.size(); ++g) {
     const int column = problem_->TravelColumn(static_cast<int>(g));
     const double h = posterior.information()(column, column);
@@ -969,6 +1006,25 @@ void Calibration::Report() {
       }
       report.distances = MakeDistanceStatistics(inliers);
       report.inliers = static_cast<double>(inliers.size()) / std::max(1, report.points);
+      // Outliers are lonely; where whole regions are outliers the scan is of something else there.
+      constexpr double kRegion = 0.005;  // part of the points
+      const std::vector<size_t> together =
+          BeyondTogether(scan.points, scan.feet, 3.0 * scan.deviation);
+      if (together.size() > std::max(5.0, kRegion * report.points)) {
+        double farthest = 0.0;
+        for (const size_t i : together) {
+          if (std::abs(scan.feet[i].distance) > std::abs(farthest)) {
+            farthest = scan.feet[i].distance;
+          }
+        }
+        summary_.notes.push_back(
+            report.file + ": " + std::to_string(together.size()) + " of " +
+            std::to_string(report.points) +
+            " points lie together and off the computed state, up to " + Number(std::abs(farthest)) +
+            (farthest > 0.0 ? " outside" : " inside") +
+            " of it: a scan of another state, a wrong travel, or a finger that was scanned as "
+            "well; they hardly count");
+      }
       grasp.scans.push_back(report);
     }
     for (size_t f = 0; f < fields_.size(); ++f) {
@@ -1011,22 +1067,23 @@ bool Calibration::Run(std::vector<std::unique_ptr<StateModel>>* models, std::str
     Progress("solving " + grasp.scene_file);
     auto model = StateModel::Create(SceneOf(grasp), options_.solver, error);
     if (model == nullptr) {
+      if (IsStopped()) return End(Termination::kStopped, kStopped);
       // A scene that cannot be posed is bad input; one without solution is trouble.
       return error->find("has no solution") != std::string::npos ? End(Termination::kFailed, *error)
                                                                  : false;
     }
     models->push_back(std::move(model));
   }
-  problem_ = std::make_unique<CalibrationProblem>(spec_, models);
+  problem_ = std::make_unique<CalibrationProblem>(spec_, options_.solver.num_threads, models);
   if (!AddScans(error) || !AddFields(error)) return false;
-  if (summary_.termination == Termination::kNoMatch) return true;
+  if (summary_.termination != Termination::kNotRun) return true;  // Without match, or stopped.
   problem_->Finish();
-  if (!ScaleModulus()) return true;
+  ScaleModulus();
   problem_->PrepareForEvaluation(false, true);
-  if (problem_->failed()) return End(Termination::kFailed, problem_->error());
+  if (problem_->failed()) return EndWithoutState();
   AlignFields();
   problem_->PrepareForEvaluation(false, true);
-  if (problem_->failed()) return End(Termination::kFailed, problem_->error());
+  if (problem_->failed()) return EndWithoutState();
   SetDeviations();
   std::string message;
   bool converged = false;
@@ -1050,7 +1107,7 @@ bool Calibration::Run(std::vector<std::unique_ptr<StateModel>>* models, std::str
   }
   summary_.seconds = Since(start_);
   if (!converged) {
-    return End(message == "stopped" ? Termination::kStopped : Termination::kNotConverged, message);
+    return End(message == kStopped ? Termination::kStopped : Termination::kNotConverged, message);
   }
   ReportEstimates();
   summary_.seconds = Since(start_);

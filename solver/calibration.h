@@ -33,9 +33,10 @@ namespace darboux {
 //
 // d: signed distance of a scan point to the face that the computed state has, after a rigid motion
 // `pose` of the scan; rho: Cauchy's loss, so that outliers count little; t_g: what the travel of
-// the fingers of grasp g is more than the scene says; m: relative error of the theory's forces, one
-// for all of them, because that is how models err; c: drift of the force sensor, tau_g from 0 to 1
-// in the course of the session. Errors are standard deviations.
+// the fingers of grasp g is more than the scene says; m: relative error of the theory's forces that
+// all of them share, and as much again in each of them by itself, which is part of error_k; r: how
+// far the rest surface lies outside of what the scene says; c: drift of the force sensor, tau_g
+// from 0 to 1 in the course of the session. Errors are standard deviations.
 //
 // States are functions of theta and t_g that StateModel solves and differentiates; Ceres' trust
 // region sees theta, t, m, c and the poses alone, and asks for states by an evaluation callback.

@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
 
 #include "solver/parallel_for.h"
 
@@ -56,7 +56,7 @@ class ScanBlock : public ceres::CostFunction {
   }
   bool Evaluate(double const* const*, double* residual, double** jacobians) const override {
     if (problem_->failed()) return false;
-    Problem::Scan& scan = const_cast<Problem*>(problem_)->scans()[scan_];
+    const Problem::Scan& scan = problem_->scans()[scan_];
     if (!problem_->ScanResidual(
             scan, point_, residual, jacobians == nullptr ? nullptr : jacobians[6])) {
       return false;
@@ -85,7 +85,7 @@ class FieldBlock : public ceres::CostFunction {
   }
   bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
     if (problem_->failed()) return false;
-    const Problem::Field& field = const_cast<Problem*>(problem_)->fields()[field_];
+    const Problem::Field& field = problem_->fields()[field_];
     problem_->FieldResidual(
         field, point_, residuals, jacobians == nullptr ? nullptr : jacobians[5]);
     if (jacobians == nullptr) return true;
@@ -161,8 +161,9 @@ double RobustWeight(double squared_norm) {
 }  // namespace
 
 CalibrationProblem::CalibrationProblem(const CalibrationSpec& spec,
+                                       int num_threads,
                                        std::vector<std::unique_ptr<StateModel>>* models)
-    : spec_(spec), models_(*models) {
+    : spec_(spec), num_threads_(num_threads), models_(*models) {
   const StateModel& first = *models_.front();
   start_ = first.parameters();
   // Gas may be in a later scene only.
@@ -330,10 +331,11 @@ bool CalibrationProblem::Update(bool derivatives) {
     Scan& scan = scans_[s];
     const RigidPose pose = PoseOf(static_cast<int>(s));
     const ShellFace& face = *faces_[scan.grasp];
-    ParallelFor(2, static_cast<int>(scan.points.size()), [&](int, int begin, int end) {
+    const int count = static_cast<int>(scan.points.size());
+    ParallelFor(ThreadsFor(count, num_threads_), count, [&](int, int begin, int end) {
       for (int i = begin; i < end; ++i) {
         scan.moved[i] = pose * scan.points[i];
-        scan.feet[i] = face.Closest(scan.moved[i], nullptr);
+        scan.feet[i] = face.Closest(scan.moved[i]);
       }
     });
   }

@@ -69,7 +69,9 @@ class CalibrationProblem : public ceres::EvaluationCallback {
   };
 
   // Everything must outlive this; states are those of `models`, one per grasp.
-  CalibrationProblem(const CalibrationSpec& spec, std::vector<std::unique_ptr<StateModel>>* models);
+  CalibrationProblem(const CalibrationSpec& spec,
+                     int num_threads,
+                     std::vector<std::unique_ptr<StateModel>>* models);
 
   int AddScan(Scan scan);
   int AddField(Field field);
@@ -116,6 +118,8 @@ class CalibrationProblem : public ceres::EvaluationCallback {
 
   std::vector<Scan>& scans() { return scans_; }
   std::vector<Field>& fields() { return fields_; }
+  const std::vector<Scan>& scans() const { return scans_; }
+  const std::vector<Field>& fields() const { return fields_; }
   const std::vector<Force>& forces() const { return forces_; }
   double ForceOf(const Force& force) const;      // that the model has, with bias and drift
   double BareForceOf(const Force& force) const;  // without
@@ -142,6 +146,7 @@ class CalibrationProblem : public ceres::EvaluationCallback {
   std::vector<StateParameter> Wanted(bool all) const;
 
   const CalibrationSpec& spec_;
+  const int num_threads_;
   std::vector<std::unique_ptr<StateModel>>& models_;
   std::vector<std::unique_ptr<ShellFace>> faces_;  // per grasp
   ShellParameters start_;
