@@ -285,11 +285,11 @@ TEST_F(RegistrationTest, RigidMotionsOfTheComputedShapeDoNotCount) {
   for (int i = 0; i < turned.cols(); ++i) turned.col(i) = turn * Vector3d(turned.col(i));
   turned -= surface_.control_points();
   const Deformation still(surface_, Dents(surface_)), moved(surface_, turned);
-  // Dents cover a small part: what is left of the motion of the whole is rounding.
-  EXPECT_LT(Error(still.motion(), {}, surface_.size()), 1e-8);
-  EXPECT_LT(Error(moved.motion(), turn.Inverse(), surface_.size()), 1e-8);
+  // The dents cover a small part and do not pull at it.
+  EXPECT_LT(Error(still.motion(), {}, surface_.size()), 1e-5);
+  EXPECT_LT(Error(moved.motion(), (turn * still.motion()).Inverse(), surface_.size()), 1e-8);
   EXPECT_NEAR(moved.largest(), still.largest(), 1e-8);
-  EXPECT_NEAR(still.largest(), 0.15, 0.01);
+  EXPECT_NEAR(still.largest(), 0.15, 0.02);  // The limit surface has less of it.
   for (const ElementPoint& at : surface_.vertex_points()) {
     EXPECT_NEAR(moved.At(at), still.At(at), 1e-8);
   }
