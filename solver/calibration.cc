@@ -358,7 +358,10 @@ bool Calibration::SetDeviations() {
   bool changed = false;
   const auto set =
       [&](bool estimated, double noise, double left, int grasp, size_t count, auto* points) {
-        const double model = spec_.shape_error * (*models_)[grasp]->max_displacement();
+        const StateModel& state = *(*models_)[grasp];
+        const double model =
+            spec_.shape_error *
+            Deformation(state.problem().surface(), state.displacements()).largest();
         // Exact data of our own model have no noise; rounding is the least.
         const double least = 1e-9 * problem_->size();
         // What is left has the model's errors in it.

@@ -43,9 +43,10 @@ namespace darboux {
 //
 // Neighbouring points of a scan share the errors of the model, so that a million of them do not
 // know more than a few regions of the surface. With the noise sigma and a shape error e (of the
-// largest displacement of the state) a point has the standard deviation s^2 = sigma^2 + e^2, which
-// tells outliers; each of n points counts s^2 / (sigma^2 + e^2 max(1, n / kRegions)) times, so that
-// all of them know what kRegions independent ones do.
+// largest displacement of the state, without rigid motion: Deformation in registration.h) a point
+// has the standard deviation s^2 = sigma^2 + e^2, which tells outliers; each of n points counts
+// s^2 / (sigma^2 + e^2 max(1, n / kRegions)) times, so that all of them know what kRegions
+// independent ones do.
 //
 // A point of a field within half the thickness h (and a little) of the middle surface, at the
 // height z above it, moves by u + z (n' - n), n the normal at rest and n' that of the state; others
