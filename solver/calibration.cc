@@ -14,6 +14,7 @@
 
 #include "geometry/point_tree.h"
 #include "solver/calibration_problem.h"
+#include "solver/grasp.h"
 #include "solver/minimisation.h"
 
 namespace darboux {
@@ -125,22 +126,25 @@ bool IsDrivenByLoads(const Scene& scene) {
   return !scene.loads.empty() && scene.fingers.empty() && FindGas(scene) == nullptr;
 }
 
-// Numbers of points that lie beyond the limit together with most of their neighbours, on one side.
+// Numbers of points off by more than `least` and less than `most`, together with most of their
+// neighbours, on the same side. Outliers so near to a surface have points of it beside them.
 std::vector<size_t> BeyondTogether(const std::vector<Eigen::Vector3d>& points,
                                    const std::vector<ShellFace::Foot>& feet,
-                                   double limit) {
+                                   double least,
+                                   double most) {
   constexpr int kNeighbours = 9;  // itself is one
-  std::vector<size_t> together;
   PointTree tree;
   tree.Build(points);
+  std::vector<size_t> together;
   for (size_t i = 0; i < points.size(); ++i) {
     const double distance = feet[i].distance;
-    if (!(std::abs(distance) > limit)) continue;
+    if (!(std::abs(distance) > least && std::abs(distance) < most)) continue;
     const PointTree::Neighbours near = tree.Nearest(points[i], kNeighbours);
     int same = 0;
     for (int k = 0; k < near.count; ++k) {
       const double other = feet[near.index[k]].distance;
-      same += std::abs(other) > limit && (other > 0.0) == (distance > 0.0);
+      same +=
+          std::abs(other) > least && std::abs(other) < most && (other > 0.0) == (distance > 0.0);
     }
     if (2 * same > near.count) together.push_back(i);
   }
@@ -154,6 +158,7 @@ class Calibration {
               CalibrationSummary* summary)
       : spec_(spec), options_(options), summary_(*summary), start_(Clock::now()) {}
 
+  void IgnoreContradictions() { contradictions_end_ = false; }
   bool Run(std::vector<std::unique_ptr<StateModel>>* models, std::string* error);
 
  private:
@@ -186,6 +191,7 @@ class Calibration {
   void AlignFields();
   void ScaleModulus();
   bool Minimise(std::string* message);
+  void CheckRegions(int number, const CalibrationSummary::Scan& report);
   void Report();
   void ReportEstimates();
   void ReportSensitivities(const Posterior& posterior);
@@ -204,6 +210,8 @@ class Calibration {
   const Clock::time_point start_;
   std::vector<std::unique_ptr<StateModel>>* models_ = nullptr;
   std::unique_ptr<CalibrationProblem> problem_;
+  bool contradictions_end_ = true;
+  std::string contradiction_;        // of a scan to its state; empty: none
   std::vector<bool> estimate_scan_;  // deviations
   struct FieldPlan {
     const CalibrationSpec::Field* spec = nullptr;
@@ -273,9 +281,9 @@ bool Calibration::AddScans(std::string* error) {
           return false;
         }
         if (!registration.matched) {
-          return End(Termination::kNoMatch,
-                     "no match: " + scan.file + " against " + spec_.grasps[g].scene_file + ": " +
-                         registration.verdict);
+          return End(
+              Termination::kNoMatch,
+              scan.file + " against " + spec_.grasps[g].scene_file + ": " + registration.verdict);
         }
         added.pose = registration.pose;
       }
@@ -978,6 +986,71 @@ void Calibration::ReportEstimates() {
   }
 }
 
+// Where the scan is of something else than the computed state. Points inside of a closed body, or
+// where a finger is, cannot be in this state at all; others may be of what was scanned as well.
+void Calibration::CheckRegions(int number, const CalibrationSummary::Scan& report) {
+  constexpr double kRegion = 0.005;  // part of the points
+  constexpr size_t kFewest = 5;
+  const CalibrationProblem::Scan& scan = problem_->scans()[number];
+  const StateModel& model = *(*models_)[scan.grasp];
+  const double limit = 3.0 * scan.deviation;
+  const size_t least = std::max(kFewest, static_cast<size_t>(kRegion * report.points));
+  std::vector<double> inside, pierced, outside;
+  // As far as states differ, or a match is found at all.
+  const double farthest =
+      std::max(2.0 * model.max_displacement(), kFarthest * model.problem().surface().size());
+  for (const size_t i : BeyondTogether(scan.points, scan.feet, limit, farthest)) {
+    const double distance = scan.feet[i].distance;
+    if (distance < 0.0) {
+      inside.push_back(-distance);
+      continue;
+    }
+    double depth = 0.0;
+    const Eigen::Vector3d x = report.pose * scan.points[i];
+    for (size_t f = 0; f < model.scene().fingers.size(); ++f) {
+      const FingerSpec& spec = model.scene().fingers[f];
+      FingerPose pose;
+      std::string ignored;
+      if (spec.shape == FingerSpec::Shape::kPin) continue;
+      const auto shape = MakeFinger(spec, &pose, &ignored);
+      if (shape == nullptr) continue;
+      const FingerReport& now = model.summary().steps.back().fingers[f];
+      pose.position += (now.shift + now.travel) *
+                       Eigen::Vector3d(spec.direction[0], spec.direction[1], spec.direction[2]);
+      Distance to;
+      pose.Evaluate(*shape, x, &to);
+      depth = std::max(depth, -to.value);
+    }
+    (depth > limit ? pierced : outside).push_back(depth > limit ? depth : distance);
+  }
+  const auto words = [&](const std::vector<double>& which, const std::string& where) {
+    return report.file + ": " + std::to_string(which.size()) + " of " +
+           std::to_string(report.points) + " points lie together, " + Number(Median(which)) + " " +
+           where;
+  };
+  const std::string reasons =
+      ": the scan is of another state than its scene, with another travel of the fingers (a "
+      "travel_error lets the scan tell it), or of another object";
+  // What has a rim may be seen from behind.
+  bool closed = true;
+  for (int k = 0; k < 4 + model.problem().surface().num_loops(); ++k) {
+    closed = closed && !model.problem().surface().HasSide(static_cast<Side>(k));
+  }
+  if (pierced.size() > least) {
+    contradiction_ = words(pierced, "deep in a finger of the computed state") + reasons;
+  } else if (inside.size() > least && closed) {
+    contradiction_ = words(inside, "inside of the computed state") + reasons;
+  } else if (inside.size() > least) {
+    summary_.notes.push_back(words(inside, "behind the computed state; they hardly count"));
+  }
+  if (outside.size() > least && contradiction_.empty()) {
+    summary_.notes.push_back(
+        words(outside,
+              "outside of the computed state: of another state, or of a finger or holder "
+              "that was scanned as well; they hardly count"));
+  }
+}
+
 void Calibration::Report() {
   summary_.grasps.clear();
   for (size_t g = 0; g < spec_.grasps.size(); ++g) {
@@ -1009,25 +1082,7 @@ void Calibration::Report() {
       }
       report.distances = MakeDistanceStatistics(inliers);
       report.inliers = static_cast<double>(inliers.size()) / std::max(1, report.points);
-      // Outliers are lonely; where whole regions are outliers the scan is of something else there.
-      constexpr double kRegion = 0.005;  // part of the points
-      const std::vector<size_t> together =
-          BeyondTogether(scan.points, scan.feet, 3.0 * scan.deviation);
-      if (together.size() > std::max(5.0, kRegion * report.points)) {
-        double farthest = 0.0;
-        for (const size_t i : together) {
-          if (std::abs(scan.feet[i].distance) > std::abs(farthest)) {
-            farthest = scan.feet[i].distance;
-          }
-        }
-        summary_.notes.push_back(
-            report.file + ": " + std::to_string(together.size()) + " of " +
-            std::to_string(report.points) +
-            " points lie together and off the computed state, up to " + Number(std::abs(farthest)) +
-            (farthest > 0.0 ? " outside" : " inside") +
-            " of it: a scan of another state, a wrong travel, or a finger that was scanned as "
-            "well; they hardly count");
-      }
+      CheckRegions(static_cast<int>(s), report);
       grasp.scans.push_back(report);
     }
     for (size_t f = 0; f < fields_.size(); ++f) {
@@ -1112,6 +1167,8 @@ bool Calibration::Run(std::vector<std::unique_ptr<StateModel>>* models, std::str
   if (!converged) {
     return End(message == kStopped ? Termination::kStopped : Termination::kNotConverged, message);
   }
+  if (contradictions_end_ && !contradiction_.empty())
+    return End(Termination::kNoMatch, "no match: " + contradiction_);
   ReportEstimates();
   summary_.seconds = Since(start_);
   return End(Termination::kConverged, "converged");
@@ -1253,7 +1310,10 @@ bool Calibrate(const CalibrationSpec& spec,
     CalibrationSummary result;
     std::string trouble;
     if (options.on_progress) options.on_progress("the same in the linear theory");
-    if (Calibrate(linear, options, &result, nullptr, &trouble) && result.IsConverged()) {
+    Calibration comparison(linear, options, &result);
+    comparison.IgnoreContradictions();  // Its shapes are wrong, which is the point.
+    std::vector<std::unique_ptr<StateModel>> linear_models;
+    if (comparison.Run(&linear_models, &trouble) && result.IsConverged()) {
       summary->linear_young_modulus = result.Find(StateParameter::kYoungModulus)->value;
     } else {
       summary->notes.push_back("the linear theory has no answer: " +
