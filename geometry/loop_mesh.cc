@@ -40,6 +40,30 @@ Edges DirectedEdges(const std::vector<std::array<int, 3>>& triangles) {
   return edges;
 }
 
+// A vertex of one or two triangles between the boundary edges (from, vertex) and (vertex, to) would
+// have valence 4 or 5 with the ghosts of these edges alone, and the limit surface is rounded there
+// or, through given points, has waves along its rim. Where it is a corner of a lattice, ghosts
+// opposite to these neighbours make the valence 6 and the limit point the vertex itself. Nothing
+// where that would leave the limit point farther away, as on a straight rim.
+std::vector<int> CornerNeighbours(
+    const TriangleMesh& mesh, const Edges& edges, int from, int vertex, int to) {
+  const auto third = [&](int neighbour) {
+    const auto [triangle, corner] = edges.at({vertex, neighbour});
+    return mesh.triangles[triangle][(corner + 2) % 3];
+  };
+  const int middle = third(to);
+  if (middle == from) return {to, from};
+  if (third(middle) != from) return {};
+  const auto at = [&](int i) { return mesh.vertices[i]; };
+  const Eigen::Vector3d both = at(from) + at(to);
+  // Limit points without and with, from the vertex: weight * (ring - valence * vertex).
+  const double weight = 1.0 / (5.0 + 0.375 / VertexWeight(5));
+  const Eigen::Vector3d without = weight * (2.0 * both - 3.0 * at(vertex) - at(middle));
+  const Eigen::Vector3d with = (both - at(vertex) - at(middle)) / 6.0;
+  if (with.squaredNorm() < without.squaredNorm()) return {middle};
+  return {};
+}
+
 }  // namespace
 
 LoopMesh MakeLoopMesh(const TriangleMesh& source) {
@@ -65,9 +89,18 @@ LoopMesh MakeLoopMesh(const TriangleMesh& source) {
     result.ghosts.push_back({edge.first, edge.second, opposite});
     mesh.triangles.push_back({edge.second, edge.first, ghost});
   }
-  // Between the ghosts of consecutive edges: around the vertex that they share.
+  // Between the ghosts of consecutive edges: around the vertex that they share, which in a corner
+  // gets further ones opposite to its neighbours.
   for (const auto& [from, edge] : open) {
-    mesh.triangles.push_back({edge.to, edge.ghost, open.at(edge.to).ghost});
+    int last = edge.ghost;
+    for (const int neighbour :
+         CornerNeighbours(source, edges, from, edge.to, open.at(edge.to).to)) {
+      const int ghost = num_vertices + static_cast<int>(result.ghosts.size());
+      result.ghosts.push_back({edge.to, edge.to, neighbour});
+      mesh.triangles.push_back({edge.to, last, ghost});
+      last = ghost;
+    }
+    mesh.triangles.push_back({edge.to, last, open.at(edge.to).ghost});
   }
   std::map<int, Open> left = open;
   while (!left.empty()) {

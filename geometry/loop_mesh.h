@@ -26,7 +26,9 @@ struct LoopMesh {
   std::vector<std::vector<BoundaryEdge>> loops;
 
   // Of every ghost, in order: it lies at points[a] + points[b] - points[c] when made, across the
-  // boundary edge (a, b) from c.
+  // boundary edge (a, b) from c. Those of edges come first; then those of corners, a == b the
+  // corner, opposite to a neighbour c: they make six neighbours of a vertex with one triangle, or
+  // with two where that brings the limit point nearer to it, as in a corner of a lattice.
   struct Ghost {
     int a = 0, b = 0, c = 0;
   };

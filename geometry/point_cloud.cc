@@ -34,14 +34,62 @@ std::string_view Trimmed(std::string_view word) {
   return word.substr(first, word.find_last_not_of(kBlanks) - first + 1);
 }
 
-// Of the nine names; kNone for another word.
-int NameIndex(std::string_view word) {
+std::string_view Unquoted(std::string_view word) {
   if (word.size() >= 2 && word.front() == '"' && word.back() == '"') {
     word = Trimmed(word.substr(1, word.size() - 2));
   }
+  return word;
+}
+
+// Of the nine names; kNone for another word.
+int NameIndex(std::string_view word) {
+  word = Unquoted(word);
   if (word.size() > 2) return kNone;
   const auto found = std::find(kNames.begin(), kNames.end(), Lower(word));
   return found == kNames.end() ? kNone : static_cast<int>(found - kNames.begin());
+}
+
+// "x-displacement [mm]": the name that this long one stands for, and its unit, empty if there is
+// none.
+int LongNameIndex(std::string_view word, std::string* unit) {
+  word = Unquoted(word);
+  unit->clear();
+  for (const auto& [open, close] : {std::make_pair('[', ']'), std::make_pair('(', ')')}) {
+    const std::size_t bracket = word.find(open);
+    if (bracket == std::string_view::npos || word.back() != close) continue;
+    *unit = std::string(Trimmed(word.substr(bracket + 1, word.size() - bracket - 2)));
+    word = Trimmed(word.substr(0, bracket));
+    break;
+  }
+  // What it is of which axis.
+  std::string quantity;
+  char axis = 0;
+  constexpr char kBetween[] = " \t-_.";
+  for (std::size_t i = 0; (i = word.find_first_not_of(kBetween, i)) != std::string_view::npos;) {
+    const std::size_t end = std::min(word.find_first_of(kBetween, i), word.size());
+    const std::string part = Lower(word.substr(i, end - i));
+    const bool is_axis = part.size() == 1 && part[0] >= 'x' && part[0] <= 'z';
+    if (is_axis ? axis != 0 : !quantity.empty()) return kNone;
+    if (is_axis) {
+      axis = part[0];
+    } else {
+      quantity = part;
+    }
+    i = end;
+  }
+  if (axis == 0) return unit->empty() ? kNone : NameIndex(word);  // "ux [mm]"
+  static const std::array<std::vector<std::string>, 3> kQuantities = {{
+      {"", "coordinate", "coord", "position"},
+      {"n", "normal"},
+      {"u", "displacement", "disp"},
+  }};
+  for (std::size_t k = 0; k < kQuantities.size(); ++k) {
+    const auto& names = kQuantities[k];
+    if (std::find(names.begin(), names.end(), quantity) != names.end()) {
+      return static_cast<int>(3 * k) + axis - 'x';
+    }
+  }
+  return kNone;
 }
 
 class TableReader {
@@ -109,16 +157,34 @@ void TableReader::Split(std::string_view text) {
 bool TableReader::ReadNames(std::size_t line) {
   num_columns_ = words_.size();
   line_of_names_ = line;
-  for (std::size_t c = 0; c < words_.size(); ++c) {
-    const int name = NameIndex(words_[c]);
-    if (name == kNone) continue;
-    int& column = columns_[static_cast<std::size_t>(name)];
-    if (column != kNone) {
-      return Fail(line,
-                  "a second column '" + std::string(kNames[static_cast<std::size_t>(name)]) +
-                      "'; allowed one");
+  std::array<std::string, 9> units;
+  for (const bool is_long : {false, true}) {
+    const std::array<int, 9> before = columns_;
+    for (std::size_t c = 0; c < words_.size(); ++c) {
+      std::string unit;
+      const int name = is_long ? LongNameIndex(words_[c], &unit) : NameIndex(words_[c]);
+      if (name == kNone || before[static_cast<std::size_t>(name)] != kNone) continue;
+      int& column = columns_[static_cast<std::size_t>(name)];
+      if (column != kNone) {
+        return Fail(line,
+                    "a second column '" + std::string(kNames[static_cast<std::size_t>(name)]) +
+                        "'; allowed one");
+      }
+      column = static_cast<int>(c);
+      if (name < static_cast<int>(kNormal) || name >= static_cast<int>(kDisplacement)) {
+        units[static_cast<std::size_t>(name)] = unit;
+      }
     }
-    column = static_cast<int>(c);
+  }
+  std::string first_unit;
+  for (const std::string& unit : units) {
+    if (unit.empty() || unit == first_unit) continue;
+    if (!first_unit.empty()) {
+      return Fail(line,
+                  "columns in " + Quoted(first_unit) + " and in " + Quoted(unit) +
+                      "; allowed one unit of length");
+    }
+    first_unit = unit;
   }
   const auto missing = [&](const std::string& which, const std::string& allowed) {
     std::string text = "columns";
@@ -301,6 +367,7 @@ bool TableReader::Read(PointCloud* cloud) {
   if (const std::size_t count = Normalise(&cloud_.normals, &first); count > 0) {
     return Fail(line_of_[first], NoLength(count));
   }
+  cloud_.has_uz = cloud_.displacements.empty() || has(kDisplacement + 2);
   *cloud = std::move(cloud_);
   return true;
 }
@@ -410,6 +477,7 @@ bool FormatPointCloud(const std::string& file,
   if (const std::string what = NotFinite(cloud); !what.empty()) return fail(what);
 
   const bool is_csv = ending == ".csv";
+  const bool is_plane = is_csv && !cloud.has_uz;
   std::string text = is_csv ? "" : "ply\nformat ascii 1.0\n";
   for (const std::string& entry : comment) {  // A line feed in one begins another.
     LineReader lines(entry);
@@ -423,6 +491,7 @@ bool FormatPointCloud(const std::string& file,
   for (std::size_t k = 0; k < kNames.size(); ++k) {
     if (k >= kNormal && k < kDisplacement && cloud.normals.empty()) continue;
     if (k >= kDisplacement && cloud.displacements.empty()) continue;
+    if (k == kDisplacement + 2 && is_plane) continue;
     text += is_csv ? (k == 0 ? "" : ",") : "property double ";
     text += kNames[k];
     if (!is_csv) text += '\n';
@@ -442,7 +511,13 @@ bool FormatPointCloud(const std::string& file,
     }
     if (!cloud.displacements.empty()) {
       text += separator;
-      AppendNumbers(cloud.displacements[i], separator, &text);
+      if (is_plane) {
+        AppendNumber(cloud.displacements[i].x(), &text);
+        text += separator;
+        AppendNumber(cloud.displacements[i].y(), &text);
+      } else {
+        AppendNumbers(cloud.displacements[i], separator, &text);
+      }
     }
     text += '\n';
   }

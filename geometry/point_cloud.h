@@ -14,6 +14,8 @@ struct PointCloud {
   std::vector<Eigen::Vector3d> points;
   std::vector<Eigen::Vector3d> normals;        // outward, unit; as many as points, or none
   std::vector<Eigen::Vector3d> displacements;  // of the points, which then are at rest; or none
+  // False: displacements are known in the plane of x and y only, and their z is 0.
+  bool has_uz = true;
 
   bool empty() const { return points.empty(); }
 };
@@ -22,10 +24,14 @@ struct PointCloud {
 //   or else commas, or else tabs and spaces, as the first line has it; blanks beside a separator do
 //   not count. Numbers have a decimal point whatever the locale. A first line of names says what
 //   the columns are: x y z, nx ny nz, ux uy uz, in any order and case, in double quotes or not;
-//   other columns are skipped, whatever they hold. z and uz may be missing in a plane field and are
-//   0 then. A line of names may be a comment ("# x y z ux uy uz") of these names alone. No line of
-//   names: 3 columns are x y z, 6 are x y z nx ny nz (if the last three are unit vectors, to 1 %:
-//   displacements need names), 4 are x y ux uy.
+//   other columns are skipped, whatever they hold. Where a short name is missing, a long one does:
+//   x-coordinate, x-position, x-displacement, x-normal, x_coord, u_x, n_x, displacement x, ... with
+//   any of - _ . and blanks between the parts, and a unit in brackets behind, as in
+//   "x-displacement [mm]"; units of positions and displacements must not differ, as they are not
+//   converted. z and uz may be missing in a plane field and are 0 then. A line of names may be a
+//   comment ("# x y z ux uy uz") of these names alone. No line of names: 3 columns are x y z, 6 are
+//   x y z nx ny nz (if the last three are unit vectors, to 1 %: displacements need names), 4 are x
+//   y ux uy.
 // .ply, .obj, .stl, .off: the vertices, see mesh_io.h, used or not, and where ply has them
 //   normals (nx ny nz) and displacements (ux uy uz).
 // Normals become unit vectors; unit ones already, to 1e-14, stay as they are. Points that are not

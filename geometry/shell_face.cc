@@ -529,6 +529,16 @@ ShellFace::Foot ShellFace::Closest(const Vector3d& point, const Foot* hint) cons
     }
     if (!known) descend(search.samples[sample]);
   }
+  // A descent may end at a vertex that has not six neighbours, around which steps across elements
+  // lead astray; then from the other samples, known or not.
+  constexpr double kSettled = 1e-9;
+  for (int i = 0; i < near.count && best.boundary_edge < 0; ++i) {
+    const Search::Jet jet = search.Evaluate(best.at);
+    const Vector3d d = point - jet.f;
+    if ((d - d.dot(jet.n) * jet.n).norm() <= kSettled * search.size) break;
+    const Search::Candidate other = search.Descend(point, search.samples[near.index[i]]);
+    if (other.squared < best.squared) best = other;
+  }
   return search.MakeFoot(point, best);
 }
 

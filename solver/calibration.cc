@@ -4,12 +4,15 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <random>
 #include <sstream>
+#include <utility>
 
+#include "geometry/point_tree.h"
 #include "solver/calibration_problem.h"
 #include "solver/minimisation.h"
 
@@ -18,6 +21,7 @@ namespace {
 
 using Estimate = CalibrationSummary::Estimate;
 
+constexpr char kStopped[] = "stopped before there was a result: interrupted, or out of time";
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Robust distances of a scan to the state of its scene, in sizes of the shell, before anything is
 // fitted.
@@ -55,6 +59,10 @@ const char* Words(StateParameter parameter) {
   }
 }
 
+double Length(const std::array<double, 3>& vector) {
+  return std::hypot(vector[0], vector[1], vector[2]);
+}
+
 double Median(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const size_t middle = values.size() / 2;
@@ -71,6 +79,72 @@ std::vector<size_t> Spread(size_t count, int most) {
   }
   for (int k = 0; k < most; ++k) chosen.push_back(count * k / most);
   return chosen;
+}
+
+// Parts of about as many points each, at most kRegions, by halving along the longest side, so that
+// 2 k and 2 k + 1 are halves of one; 0 and no parts where there are too few points.
+int Divide(const std::vector<Eigen::Vector3d>& points, std::vector<int>* parts) {
+  constexpr size_t kLeast = 8;  // points of a part
+  int halvings = 0;
+  while ((1 << halvings) < kRegions && points.size() >> (halvings + 1) >= kLeast) ++halvings;
+  parts->clear();
+  if ((1 << halvings) < kRegions / 2) return 0;
+  std::vector<std::vector<size_t>> groups(1);
+  for (size_t i = 0; i < points.size(); ++i) groups[0].push_back(i);
+  for (int k = 0; k < halvings; ++k) {
+    std::vector<std::vector<size_t>> halves;
+    for (std::vector<size_t>& group : groups) {
+      Eigen::AlignedBox3d box;
+      for (const size_t i : group) box.extend(points[i]);
+      int axis = 0;
+      box.sizes().maxCoeff(&axis);
+      const auto middle = group.begin() + group.size() / 2;
+      std::nth_element(group.begin(), middle, group.end(), [&](size_t a, size_t b) {
+        return std::make_pair(points[a][axis], a) < std::make_pair(points[b][axis], b);
+      });
+      halves.emplace_back(group.begin(), middle);
+      halves.emplace_back(middle, group.end());
+    }
+    groups = std::move(halves);
+  }
+  parts->resize(points.size());
+  for (size_t g = 0; g < groups.size(); ++g) {
+    for (const size_t i : groups[g]) (*parts)[i] = static_cast<int>(g);
+  }
+  return static_cast<int>(groups.size());
+}
+
+// Nothing but loads moves the shell: displacements depend on loads / Young's modulus alone.
+bool IsDrivenByLoads(const Scene& scene) {
+  constexpr double kZeros[8] = {};
+  for (const SupportSpec& support : scene.supports) {
+    for (const SceneValue& value : support.displacement.component) {
+      if (!value.expression.IsConstant() || value.expression.Evaluate(kZeros) != 0.0) return false;
+    }
+  }
+  return !scene.loads.empty() && scene.fingers.empty() && FindGas(scene) == nullptr;
+}
+
+// Numbers of points that lie beyond the limit together with most of their neighbours, on one side.
+std::vector<size_t> BeyondTogether(const std::vector<Eigen::Vector3d>& points,
+                                   const std::vector<ShellFace::Foot>& feet,
+                                   double limit) {
+  constexpr int kNeighbours = 9;  // itself is one
+  std::vector<size_t> together;
+  PointTree tree;
+  tree.Build(points);
+  for (size_t i = 0; i < points.size(); ++i) {
+    const double distance = feet[i].distance;
+    if (!(std::abs(distance) > limit)) continue;
+    const PointTree::Neighbours near = tree.Nearest(points[i], kNeighbours);
+    int same = 0;
+    for (int k = 0; k < near.count; ++k) {
+      const double other = feet[near.index[k]].distance;
+      same += std::abs(other) > limit && (other > 0.0) == (distance > 0.0);
+    }
+    if (2 * same > near.count) together.push_back(i);
+  }
+  return together;
 }
 
 class Calibration {
@@ -93,16 +167,29 @@ class Calibration {
     summary_.message = message;
     return true;
   }
+  bool EndWithoutState() {
+    return IsStopped() ? End(Termination::kStopped, kStopped)
+                       : End(Termination::kFailed, problem_->error());
+  }
+  bool IsStopped() const {
+    const SolverOptions& solver = options_.solver;
+    return (solver.time_limit_s > 0.0 && Since(start_) > solver.time_limit_s) ||
+           (solver.stop != nullptr && solver.stop->load());
+  }
   Scene SceneOf(const CalibrationSpec::Grasp& grasp) const;
   bool AddScans(std::string* error);
   bool AddFields(std::string* error);
   bool SetDeviations();
-  bool ScaleModulus();
+  bool SetFieldDeviations();
+  double RegionVariance(const CalibrationProblem::Field& field,
+                        const std::vector<std::array<double, 3>>& left) const;
+  void AlignFields();
+  void ScaleModulus();
   bool Minimise(std::string* message);
   void Report();
   void ReportEstimates();
   void ReportSensitivities(const Posterior& posterior);
-  void Bootstrap(const Posterior& posterior, const std::vector<CalibrationProblem::Row>& rows);
+  void Bootstrap(const std::vector<CalibrationProblem::Row>& rows);
   std::string SeparatingGrasp(const Posterior& posterior,
                               const Eigen::VectorXd& scales,
                               size_t which);
@@ -117,7 +204,15 @@ class Calibration {
   const Clock::time_point start_;
   std::vector<std::unique_ptr<StateModel>>* models_ = nullptr;
   std::unique_ptr<CalibrationProblem> problem_;
-  std::vector<bool> estimate_scan_, estimate_field_;  // deviations
+  std::vector<bool> estimate_scan_;  // deviations
+  struct FieldPlan {
+    const CalibrationSpec::Field* spec = nullptr;
+    std::vector<int> regions;  // of each point; empty: too few points to tell
+    int num_regions = 0, beside = 0;
+    double deformation = 0.0;
+  };
+  std::vector<FieldPlan> fields_;  // of the problem's
+  bool started_ = false;           // something has been minimised
 };
 
 Scene Calibration::SceneOf(const CalibrationSpec::Grasp& grasp) const {
@@ -159,6 +254,7 @@ bool Calibration::AddScans(std::string* error) {
       if (scan.pose) {
         added.pose = *scan.pose;
       } else {
+        if (IsStopped()) return End(Termination::kStopped, kStopped);
         Progress("registering " + scan.file);
         RegistrationOptions options;
         options.noise = spec_.noise;
@@ -198,23 +294,45 @@ bool Calibration::AddFields(std::string* error) {
       CalibrationProblem::Field added;
       added.grasp = static_cast<int>(g);
       added.components = field.components;
+      added.components[2] = field.components[2] && field.cloud.has_uz;
       added.free_motion = field.free_motion;
-      // What lies beside the sheet by more than this part of its size is no point of it.
+      // What lies beside the sheet by more than this part of its size is no point of it; through
+      // its thickness, a tenth more than to its faces is.
       const double beside = 1e-3 * surface.size();
-      double largest = 0.0;
+      const double above = 0.55 * (*models_)[g]->parameters().thickness + beside;
+      const bool in_space = added.components[0] && added.components[1] && added.components[2];
+      std::vector<double> heights;
+      FieldPlan plan;
+      plan.spec = &field;
       for (const size_t i : Spread(field.cloud.points.size(), spec_.max_points)) {
         const Eigen::Vector3d& x = field.cloud.points[i];
         const ShellFace::Foot foot = middle.Closest(x);
         Eigen::Vector3d left = x - foot.position;
-        for (int c = 0; c < 3; ++c) {
-          if (!field.components[c])
-            left[c] = 0.0;  // A plane field need not say where its plane is.
+        double height = 0.0;
+        if (in_space) {
+          height = left.dot(foot.normal);
+          left -= height * foot.normal;
         }
-        if (left.norm() > beside) continue;
+        for (int c = 0; c < 3; ++c) {
+          if (!added.components[c]) {
+            left[c] = 0.0;  // A plane field need not say where its plane is.
+          }
+        }
+        if (left.norm() > beside || std::abs(height) > above) {
+          ++plan.beside;
+          continue;
+        }
         added.points.push_back(x);
         added.measured.push_back(field.cloud.displacements[i]);
         added.feet.push_back(foot.at);
-        largest = std::max(largest, field.cloud.displacements[i].norm());
+        heights.push_back(height);
+      }
+      // Rounding of points that are meant to be on the middle surface is no height.
+      constexpr double kNothing = 1e-9;
+      if (std::any_of(heights.begin(), heights.end(), [&](double height) {
+            return std::abs(height) > kNothing * surface.size();
+          })) {
+        added.heights = Eigen::Map<const Eigen::RowVectorXd>(heights.data(), heights.size());
       }
       if (added.points.size() < 10) {
         *error = field.location.file + ":" + std::to_string(field.location.line) + ": " +
@@ -224,8 +342,8 @@ bool Calibration::AddFields(std::string* error) {
                  "scene's coordinates and unit of length)";
         return false;
       }
-      added.deviation = field.noise > 0.0 ? field.noise : std::max(largest, 1e-300);
-      estimate_field_.push_back(!(field.noise > 0.0));
+      plan.num_regions = Divide(added.points, &plan.regions);
+      fields_.push_back(std::move(plan));
       problem_->AddField(std::move(added));
     }
   }
@@ -259,7 +377,7 @@ bool Calibration::SetDeviations() {
         points->deviation = now;
         points->share = share;
       };
-  size_t s = 0, f = 0;
+  size_t s = 0;
   for (auto& scan : problem_->scans()) {
     std::vector<double> distances;
     for (const ShellFace::Foot& foot : scan.feet) distances.push_back(std::abs(foot.distance));
@@ -271,45 +389,141 @@ bool Calibration::SetDeviations() {
         &scan);
     ++s;
   }
-  for (size_t g = 0; g < spec_.grasps.size(); ++g) {
-    for (const CalibrationSpec::Field& spec : spec_.grasps[g].fields) {
-      auto& field = problem_->fields()[f];
-      std::vector<double> left;
-      const double before = field.deviation;
-      for (size_t i = 0; i < field.points.size(); ++i) {
-        double residuals[3];
-        problem_->FieldResidual(field, static_cast<int>(i), residuals, nullptr);
-        for (int c = 0; c < 3; ++c) {
-          if (field.components[c]) left.push_back(std::abs(residuals[c]) * before);
-        }
-      }
-      set(estimate_field_[f],
-          spec.noise,
-          kNormal * Median(left),
-          field.grasp,
-          field.points.size(),
-          &field);
-      ++f;
+  return SetFieldDeviations() || changed;
+}
+
+// What the means of regions and of pairs of them vary by, the more of both, as a multiple of what
+// they would if errors were independent and had the field's deviation.
+double Calibration::RegionVariance(const CalibrationProblem::Field& field,
+                                   const std::vector<std::array<double, 3>>& left) const {
+  const FieldPlan& plan = fields_[&field - problem_->fields().data()];
+  if (plan.num_regions == 0) return 1.0;
+  const int components = field.components[0] + field.components[1] + field.components[2];
+  std::vector<std::array<double, 3>> sums(plan.num_regions, {0.0, 0.0, 0.0});
+  std::vector<double> counts(plan.num_regions, 0.0);
+  // Outliers are not what regions share.
+  const double most = CalibrationProblem::kRobust * field.deviation;
+  for (size_t i = 0; i < left.size(); ++i) {
+    const double factor = std::min(1.0, most / std::max(Length(left[i]), 1e-3 * most));
+    counts[plan.regions[i]] += 1.0;
+    for (int c = 0; c < 3; ++c) sums[plan.regions[i]][c] += factor * left[i][c];
+  }
+  // Each unknown that was fitted has taken one degree of freedom.
+  const double fitted =
+      static_cast<double>(problem_->Interest().size()) + (!field.free_motion ? 0.0
+                                                          : components == 3  ? 6.0
+                                                          : components == 2  ? 3.0
+                                                                             : 1.0);
+  // Errors that are smooth over more than one region show in pairs of them.
+  double largest = 0.0;
+  for (int parts = plan.num_regions; parts >= plan.num_regions / 2; parts /= 2) {
+    double sum = 0.0;
+    for (int r = 0; r < parts; ++r) {
+      for (int c = 0; c < 3; ++c) sum += sums[r][c] * sums[r][c] / counts[r];
     }
+    const double freedom = std::max(1.0, components * parts - fitted);
+    largest = std::max(largest, sum / (field.deviation * field.deviation * freedom));
+    for (int r = 0; r < parts / 2; ++r) {
+      counts[r] = counts[2 * r] + counts[2 * r + 1];
+      for (int c = 0; c < 3; ++c) sums[r][c] = sums[2 * r][c] + sums[2 * r + 1][c];
+    }
+  }
+  return largest;
+}
+
+bool Calibration::SetFieldDeviations() {
+  // Median length of a vector of so many components of unit deviation: lengths do not depend on how
+  // the strip was turned in front of the camera.
+  constexpr double kMedianLength[] = {1.0, 0.67449, 1.17741, 1.53817};
+  constexpr double kChange = 0.02;
+  bool changed = false;
+  for (size_t f = 0; f < fields_.size(); ++f) {
+    CalibrationProblem::Field& field = problem_->fields()[f];
+    FieldPlan& plan = fields_[f];
+    plan.deformation = problem_->Deformation(field);
+    std::vector<std::array<double, 3>> left(field.points.size());
+    std::vector<double> lengths;
+    const double before = field.deviation, share_before = field.share;
+    for (size_t i = 0; i < field.points.size(); ++i) {
+      problem_->FieldResidual(field, static_cast<int>(i), left[i].data(), nullptr);
+      for (double& component : left[i]) component *= before;
+      lengths.push_back(Length(left[i]));
+    }
+    const double error = plan.spec->shape_error * plan.deformation;
+    // Exact data of our own model have no noise; rounding is the least.
+    const int components = field.components[0] + field.components[1] + field.components[2];
+    const double spread =
+        std::max(Median(lengths) / kMedianLength[components], 1e-9 * problem_->size());
+    const double known = std::hypot(plan.spec->noise, error);
+    const bool estimated = !(plan.spec->noise > 0.0);
+    // Far from the minimum what is left is more than noise, and a robust loss of the noise alone
+    // would take all points for outliers.
+    field.deviation = estimated  ? std::max(spread, error)
+                      : started_ ? known
+                                 : std::max(known, spread);
+    field.share = 1.0;
+    if (started_) {
+      const double count = static_cast<double>(field.points.size());
+      const double variance = field.deviation * field.deviation;
+      const double random = estimated ? variance : plan.spec->noise * plan.spec->noise;
+      const double shared = error * error * std::max(1.0, count / kRegions);
+      field.share = std::min(
+          {1.0, 1.0 / std::max(1.0, RegionVariance(field, left)), variance / (random + shared)});
+    }
+    changed = changed || std::abs(field.deviation - before) > kChange * before ||
+              std::abs(field.share - share_before) > kChange * share_before;
   }
   return changed;
 }
 
+// Where a rigid motion is free, starts with that which fits best; and with the modulus that does,
+// where displacements are inversely proportional to it.
+void Calibration::AlignFields() {
+  if (fields_.empty()) return;
+  bool scales = spec_.parameter(StateParameter::kYoungModulus).asked && problem_->forces().empty();
+  for (const auto& model : *models_) {
+    scales =
+        scales && model->summary().theory == Theory::kLinear && IsDrivenByLoads(model->scene());
+  }
+  double scale = 1.0;
+  constexpr int kTurns = 20;
+  for (int turn = 0; turn < (scales ? kTurns : 1); ++turn) {
+    double upper = 0.0, lower = 0.0;
+    for (CalibrationProblem::Field& field : problem_->fields()) {
+      Eigen::Matrix3Xd left, turned;
+      problem_->FitMotion(scale, &field, &left, &turned);
+      if (field.free_motion) turned.colwise() -= turned.rowwise().mean().eval();
+      upper -= left.cwiseProduct(turned).sum();
+      lower += turned.squaredNorm();
+    }
+    if (!scales || !(lower > 0.0)) break;
+    scale += upper / lower;
+  }
+  constexpr double kMost = 1e6;
+  if (!scales || !(scale > 1.0 / kMost && scale < kMost)) return;
+  ShellParameters parameters = problem_->Parameters();
+  parameters.young_modulus /= scale;
+  problem_->SetParameters(parameters);
+  for (CalibrationProblem::Field& field : problem_->fields()) {
+    Eigen::Matrix3Xd left, turned;
+    problem_->FitMotion(scale, &field, &left, &turned);
+  }
+}
+
 // Forces are nearly proportional to Young's modulus: Newton's first step in its logarithm would
 // overshoot by orders of magnitude from a bad start.
-bool Calibration::ScaleModulus() {
-  if (!spec_.parameter(StateParameter::kYoungModulus).asked) return true;
+void Calibration::ScaleModulus() {
+  if (!spec_.parameter(StateParameter::kYoungModulus).asked) return;
   double readings = 0.0, models = 0.0;
   for (const CalibrationProblem::Force& force : problem_->forces()) {
-    if (FindGas((*models_)[force.grasp]->scene()) != nullptr) return true;
+    if (FindGas((*models_)[force.grasp]->scene()) != nullptr) return;
     readings += force.reading;
     models += problem_->BareForceOf(force);
   }
-  if (!(readings > 0.0) || !(models > 0.0)) return true;
+  if (!(readings > 0.0) || !(models > 0.0)) return;
   ShellParameters parameters = problem_->Parameters();
   parameters.young_modulus *= readings / models;
   problem_->SetParameters(parameters);
-  return true;
 }
 
 bool Calibration::Minimise(std::string* message) {
@@ -338,15 +552,20 @@ bool Calibration::Minimise(std::string* message) {
           step.cost_change <= kNothing + 1e-5 * step.cost) {
         return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
       }
-      const SolverOptions& solver = owner_.options_.solver;
-      const bool late = solver.time_limit_s > 0.0 && Since(owner_.start_) > solver.time_limit_s;
-      return late || (solver.stop != nullptr && solver.stop->load()) ? ceres::SOLVER_ABORT
-                                                                     : ceres::SOLVER_CONTINUE;
+      // Poses that scans hardly determine creep. Half squares of standard deviations that change
+      // by so little, time after time, change no estimate.
+      constexpr double kCreep = 1e-3;
+      constexpr int kCreeping = 5;
+      const double creep = kCreep * std::min(1.0, step.cost);
+      if (step.step_is_successful) creeping_ = step.cost_change <= creep ? creeping_ + 1 : 0;
+      if (creeping_ >= kCreeping) return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
+      return owner_.IsStopped() ? ceres::SOLVER_ABORT : ceres::SOLVER_CONTINUE;
     }
 
    private:
     const Calibration& owner_;
     int* iterations_;
+    int creeping_ = 0;  // steps
   };
   ceres::Problem::Options problem_options;
   problem_options.evaluation_callback = problem_.get();
@@ -367,18 +586,19 @@ bool Calibration::Minimise(std::string* message) {
   summary_.cost = result.final_cost;
   // States, feet and distances belong to the last point that Ceres tried: to the one it chose now.
   problem_->PrepareForEvaluation(false, true);
+  const bool converged = result.termination_type == ceres::CONVERGENCE ||
+                         result.termination_type == ceres::USER_SUCCESS;
+  // A state that was not found for lack of time ends Ceres in other ways.
+  if (result.termination_type == ceres::USER_FAILURE ||
+      (IsStopped() && (problem_->failed() || !converged))) {
+    *message = kStopped;
+    return false;
+  }
   if (problem_->failed()) {
     *message = problem_->error();
     return false;
   }
-  if (result.termination_type == ceres::USER_FAILURE) {
-    *message = "stopped";
-    return false;
-  }
-  if (result.termination_type == ceres::CONVERGENCE ||
-      result.termination_type == ceres::USER_SUCCESS) {
-    return true;
-  }
+  if (converged) return true;
   *message = result.message + (problem_->error().empty() ? "" : " (" + problem_->error() + ")");
   return false;
 }
@@ -493,6 +713,16 @@ void Calibration::ReportSensitivities(const Posterior& posterior) {
     }
     add("forces", 1.0, product);
   }
+  // All loads too large by one factor: as if the modulus were too small by it.
+  if (std::all_of(models_->begin(), models_->end(), [](const std::unique_ptr<StateModel>& model) {
+        return IsDrivenByLoads(model->scene());
+      })) {
+    Eigen::VectorXd product = -h.col(0);
+    const CalibrationSpec::Parameter& modulus = spec_.parameter(StateParameter::kYoungModulus);
+    // A prior of it is not about loads.
+    if (modulus.prior) product[0] += std::pow(*modulus.prior / *modulus.prior_error, 2);
+    add("loads", 1.0, product);
+  }
   // All travels too long by one factor.
   Eigen::VectorXd product = Eigen::VectorXd::Zero(problem_->num_unknowns());
   bool known_travels = false;
@@ -509,8 +739,7 @@ void Calibration::ReportSensitivities(const Posterior& posterior) {
   if (known_travels) add("travel", 1.0, product);
 }
 
-void Calibration::Bootstrap(const Posterior& posterior,
-                            const std::vector<CalibrationProblem::Row>& rows) {
+void Calibration::Bootstrap(const std::vector<CalibrationProblem::Row>& rows) {
   if (spec_.bootstrap <= 0) return;
   const std::vector<int> interest = problem_->Interest();
   std::vector<int> free = interest;
@@ -561,7 +790,6 @@ void Calibration::Bootstrap(const Posterior& posterior,
     const Eigen::VectorXd step = -ScaledPseudoInverse(h, 1e-11) * gradient;
     for (size_t k = 0; k < interest.size(); ++k) values[k].push_back(step[k]);
   }
-  (void)posterior;
   for (size_t k = 0; k < interest.size(); ++k) {
     std::sort(values[k].begin(), values[k].end());
     const auto quantile = [&](double q) {
@@ -669,7 +897,8 @@ void Calibration::ReportEstimates() {
       no_signal = no_signal && std::abs(force.value) < kSignal * force.error;
     }
   }
-  bool all_identified = true;
+  bool all_identified = true, has_fingers = false;
+  for (const auto& model : *models_) has_fingers = has_fingers || !model->scene().fingers.empty();
   for (size_t k = 0; k < interest.size(); ++k) {
     Estimate estimate;
     estimate.parameter = static_cast<StateParameter>(interest[k]);
@@ -729,7 +958,7 @@ void Calibration::ReportEstimates() {
       const std::string grasp = SeparatingGrasp(posterior, scales, k);
       if (!grasp.empty()) {
         text << "; " << grasp;
-      } else if (problem_->forces().empty() && is_modulus) {
+      } else if (problem_->forces().empty() && is_modulus && has_fingers) {
         text << "; a reading of a finger's force is needed";
       }
       estimate.verdict = text.str();
@@ -739,7 +968,7 @@ void Calibration::ReportEstimates() {
   }
   if (all_identified) summary_.correlation = spread.correlation;
   ReportSensitivities(posterior);
-  Bootstrap(posterior, rows);
+  Bootstrap(rows);
   for (size_t g = 0; g < spec_.grasps.size(); ++g) {
     const int column = problem_->TravelColumn(static_cast<int>(g));
     const double h = posterior.information()(column, column);
@@ -780,29 +1009,51 @@ void Calibration::Report() {
       }
       report.distances = MakeDistanceStatistics(inliers);
       report.inliers = static_cast<double>(inliers.size()) / std::max(1, report.points);
+      // Outliers are lonely; where whole regions are outliers the scan is of something else there.
+      constexpr double kRegion = 0.005;  // part of the points
+      const std::vector<size_t> together =
+          BeyondTogether(scan.points, scan.feet, 3.0 * scan.deviation);
+      if (together.size() > std::max(5.0, kRegion * report.points)) {
+        double farthest = 0.0;
+        for (const size_t i : together) {
+          if (std::abs(scan.feet[i].distance) > std::abs(farthest)) {
+            farthest = scan.feet[i].distance;
+          }
+        }
+        summary_.notes.push_back(
+            report.file + ": " + std::to_string(together.size()) + " of " +
+            std::to_string(report.points) +
+            " points lie together and off the computed state, up to " + Number(std::abs(farthest)) +
+            (farthest > 0.0 ? " outside" : " inside") +
+            " of it: a scan of another state, a wrong travel, or a finger that was scanned as "
+            "well; they hardly count");
+      }
       grasp.scans.push_back(report);
     }
-    used = 0;
-    for (const CalibrationProblem::Field& field : problem_->fields()) {
+    for (size_t f = 0; f < fields_.size(); ++f) {
+      const CalibrationProblem::Field& field = problem_->fields()[f];
       if (field.grasp != static_cast<int>(g)) continue;
       CalibrationSummary::Field report;
-      const CalibrationSpec::Field& spec = spec_.grasps[g].fields[used++];
-      report.file = spec.file;
+      report.file = fields_[f].spec->file;
       report.points = static_cast<int>(field.points.size());
-      const size_t asked = Spread(spec.cloud.points.size(), spec_.max_points).size();
-      report.beside = static_cast<int>(asked) - report.points;
+      report.beside = fields_[f].beside;
+      report.deviation = field.deviation;
+      report.independent = field.share * report.points;
+      report.deformation = fields_[f].deformation;
+      report.rotation = Eigen::Vector3d(field.motion.data()).norm();
+      const int components = field.components[0] + field.components[1] + field.components[2];
       double sum = 0.0;
-      int count = 0;
+      int inliers = 0;
       for (size_t i = 0; i < field.points.size(); ++i) {
-        double residuals[3];
+        double residuals[3];  // zero where not measured
         problem_->FieldResidual(field, static_cast<int>(i), residuals, nullptr);
-        for (int c = 0; c < 3; ++c) {
-          if (!field.components[c]) continue;
-          sum += residuals[c] * residuals[c];
-          ++count;
-        }
+        const Eigen::Map<Eigen::Vector3d> left(residuals);
+        if (left.norm() > 3.0) continue;
+        sum += left.squaredNorm();
+        ++inliers;
       }
-      report.rms = field.deviation * std::sqrt(sum / std::max(1, count));
+      report.rms = field.deviation * std::sqrt(sum / std::max(1, components * inliers));
+      report.inliers = static_cast<double>(inliers) / std::max(1, report.points);
       grasp.fields.push_back(report);
     }
     summary_.grasps.push_back(std::move(grasp));
@@ -819,19 +1070,23 @@ bool Calibration::Run(std::vector<std::unique_ptr<StateModel>>* models, std::str
     Progress("solving " + grasp.scene_file);
     auto model = StateModel::Create(SceneOf(grasp), options_.solver, error);
     if (model == nullptr) {
+      if (IsStopped()) return End(Termination::kStopped, kStopped);
       // A scene that cannot be posed is bad input; one without solution is trouble.
       return error->find("has no solution") != std::string::npos ? End(Termination::kFailed, *error)
                                                                  : false;
     }
     models->push_back(std::move(model));
   }
-  problem_ = std::make_unique<CalibrationProblem>(spec_, models);
+  problem_ = std::make_unique<CalibrationProblem>(spec_, options_.solver.num_threads, models);
   if (!AddScans(error) || !AddFields(error)) return false;
-  if (summary_.termination == Termination::kNoMatch) return true;
+  if (summary_.termination != Termination::kNotRun) return true;  // Without match, or stopped.
   problem_->Finish();
-  if (!ScaleModulus()) return true;
+  ScaleModulus();
   problem_->PrepareForEvaluation(false, true);
-  if (problem_->failed()) return End(Termination::kFailed, problem_->error());
+  if (problem_->failed()) return EndWithoutState();
+  AlignFields();
+  problem_->PrepareForEvaluation(false, true);
+  if (problem_->failed()) return EndWithoutState();
   SetDeviations();
   std::string message;
   bool converged = false;
@@ -839,9 +1094,10 @@ bool Calibration::Run(std::vector<std::unique_ptr<StateModel>>* models, std::str
   for (int round = 0; round < kRounds; ++round) {
     converged = Minimise(&message);
     if (!converged) break;
+    started_ = true;
     const bool estimated =
         std::find(estimate_scan_.begin(), estimate_scan_.end(), true) != estimate_scan_.end() ||
-        std::find(estimate_field_.begin(), estimate_field_.end(), true) != estimate_field_.end();
+        !fields_.empty();
     if (!SetDeviations() || (!estimated && round > 0)) break;
   }
   Report();
@@ -854,7 +1110,7 @@ bool Calibration::Run(std::vector<std::unique_ptr<StateModel>>* models, std::str
   }
   summary_.seconds = Since(start_);
   if (!converged) {
-    return End(message == "stopped" ? Termination::kStopped : Termination::kNotConverged, message);
+    return End(message == kStopped ? Termination::kStopped : Termination::kNotConverged, message);
   }
   ReportEstimates();
   summary_.seconds = Since(start_);
@@ -874,6 +1130,18 @@ bool CalibrationSpec::IsValid(std::string* error) const {
   if (grasps.empty()) return fail("there are no grasps");
   for (const Grasp& grasp : grasps) {
     data = data || !grasp.scans.empty() || !grasp.fields.empty() || !grasp.forces.empty();
+    for (const Field& field : grasp.fields) {
+      if (!(field.noise >= 0.0) || !(field.shape_error >= 0.0)) {
+        return fail("errors of a field must not be negative");
+      }
+      if (field.cloud.displacements.size() != field.cloud.points.size()) {
+        return fail("a field has no displacements");
+      }
+      if (!field.components[0] && !field.components[1] &&
+          !(field.components[2] && field.cloud.has_uz)) {
+        return fail("a field has no component");
+      }
+    }
     for (const ForceReading& force : grasp.forces) {
       if (force.finger < 0 || force.finger >= static_cast<int>(grasp.scene.fingers.size())) {
         return fail("a force reading names no finger of its scene");
@@ -951,7 +1219,9 @@ std::string CalibrationSummary::FullReport() const {
     }
     for (const Field& field : grasp.fields) {
       out << "    field " << field.file << ": " << field.points << " points, " << field.beside
-          << " beside the surface, rms " << Number(field.rms) << "\n";
+          << " beside the surface, " << Format("%.1f %%", 100.0 * field.inliers) << " inliers, rms "
+          << Number(field.rms) << " of at most " << Number(field.deformation) << ", as good as "
+          << Format("%.0f", field.independent) << " independent points\n";
     }
   }
   for (const std::string& note : notes) out << "  " << note << "\n";

@@ -26,16 +26,17 @@ namespace darboux {
 // minimise
 //
 //   1/2 sum over scans, points i      rho(((d_i(theta, t_g, pose_s) - r) / s_s)^2)
-// + 1/2 sum over fields, points i     rho(|u_i(theta, t_g) + motion_f(X_i) - measured_i|^2 / s_f^2)
+// + 1/2 sum over fields, points i     rho(|motion_f(X + u(theta, t_g)) - X - measured_i|^2 / s_f^2)
 // + 1/2 sum over force readings k     ((F_k(theta, t_g) (1 + m) + c tau_g - reading_k) / error_k)^2
 // + 1/2 [ (t_g / travel error)^2 + (m / model error)^2 + (c / drift)^2 + (r / rest error)^2
 //         + priors of theta ]
 //
 // d: signed distance of a scan point to the face that the computed state has, after a rigid motion
 // `pose` of the scan; rho: Cauchy's loss, so that outliers count little; t_g: what the travel of
-// the fingers of grasp g is more than the scene says; m: relative error of the theory's forces, one
-// for all of them, because that is how models err; c: drift of the force sensor, tau_g from 0 to 1
-// in the course of the session. Errors are standard deviations.
+// the fingers of grasp g is more than the scene says; m: relative error of the theory's forces that
+// all of them share, and as much again in each of them by itself, which is part of error_k; r: how
+// far the rest surface lies outside of what the scene says; c: drift of the force sensor, tau_g
+// from 0 to 1 in the course of the session. Errors are standard deviations.
 //
 // States are functions of theta and t_g that StateModel solves and differentiates; Ceres' trust
 // region sees theta, t, m, c and the poses alone, and asks for states by an evaluation callback.
@@ -46,6 +47,16 @@ namespace darboux {
 // has the standard deviation s^2 = sigma^2 + e^2, which tells outliers; each of n points counts
 // s^2 / (sigma^2 + e^2 max(1, n / kRegions)) times, so that all of them know what kRegions
 // independent ones do.
+//
+// A point of a field within half the thickness h (and a little) of the middle surface, at the
+// height z above it, moves by u + z (n' - n), n the normal at rest and n' that of the state; others
+// are left out.
+//
+// Points of a field do likewise, with e of the largest displacement that is not a rigid motion and
+// zero unless the field says otherwise, because what neighbours share can be seen there: the means
+// m_r of what is left in each of kRegions parts (or pairs of them) of n_r points would have the
+// variance s^2 / n_r if errors were independent. Where they have D times that, a point counts 1 / D
+// times. A field's deviation is the standard deviation of one component of one point.
 struct CalibrationSpec {
   struct Parameter {
     bool asked = false;
@@ -67,10 +78,11 @@ struct CalibrationSpec {
   };
   struct Field {
     std::string file;
-    PointCloud cloud;  // with displacements
-    std::array<bool, 3> components{true, true, true};
-    double noise = 0.0;       // > 0; 0: estimated from what is left
-    bool free_motion = true;  // an unknown small rigid motion is part of what was measured
+    PointCloud cloud;                                  // with displacements
+    std::array<bool, 3> components{true, true, true};  // z only where the cloud has it
+    double noise = 0.0;                                // > 0; 0: estimated from what is left
+    double shape_error = 0.0;  // of the theory, of the largest displacement without rigid motion
+    bool free_motion = true;   // an unknown rigid motion is part of what was measured
     SceneLocation location;
   };
   struct Grasp {
@@ -154,8 +166,13 @@ struct CalibrationSummary {
   };
   struct Field {
     std::string file;
-    double rms = 0.0;
+    double rms = 0.0;            // of a measured component, of inliers
     int points = 0, beside = 0;  // used; not on the surface
+    double inliers = 0.0;        // part of the points within three deviations
+    double deviation = 0.0;      // of a component
+    double independent = 0.0;    // as many independent points know as much
+    double deformation = 0.0;    // largest displacement without rigid motion
+    double rotation = 0.0;       // of the rigid motion, rad
   };
   struct Grasp {
     std::string scene;

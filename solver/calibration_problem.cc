@@ -2,9 +2,10 @@
 
 #include <ceres/ceres.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
 
 #include "solver/parallel_for.h"
 
@@ -55,7 +56,7 @@ class ScanBlock : public ceres::CostFunction {
   }
   bool Evaluate(double const* const*, double* residual, double** jacobians) const override {
     if (problem_->failed()) return false;
-    Problem::Scan& scan = const_cast<Problem*>(problem_)->scans()[scan_];
+    const Problem::Scan& scan = problem_->scans()[scan_];
     if (!problem_->ScanResidual(
             scan, point_, residual, jacobians == nullptr ? nullptr : jacobians[6])) {
       return false;
@@ -84,13 +85,15 @@ class FieldBlock : public ceres::CostFunction {
   }
   bool Evaluate(double const* const*, double* residuals, double** jacobians) const override {
     if (problem_->failed()) return false;
-    const Problem::Field& field = const_cast<Problem*>(problem_)->fields()[field_];
+    const Problem::Field& field = problem_->fields()[field_];
     problem_->FieldResidual(
         field, point_, residuals, jacobians == nullptr ? nullptr : jacobians[5]);
     if (jacobians == nullptr) return true;
     for (int k = 0; k < 5; ++k) {
-      for (int c = 0; jacobians[k] != nullptr && c < 3; ++c) {
-        jacobians[k][c] = field.components[c] ? field.rates[k](c, point_) / field.deviation : 0.0;
+      if (jacobians[k] == nullptr) continue;
+      const Eigen::Vector3d rate = problem_->FieldRate(field, point_, k);
+      for (int c = 0; c < 3; ++c) {
+        jacobians[k][c] = field.components[c] ? rate[c] / field.deviation : 0.0;
       }
     }
     return true;
@@ -158,8 +161,9 @@ double RobustWeight(double squared_norm) {
 }  // namespace
 
 CalibrationProblem::CalibrationProblem(const CalibrationSpec& spec,
+                                       int num_threads,
                                        std::vector<std::unique_ptr<StateModel>>* models)
-    : spec_(spec), models_(*models) {
+    : spec_(spec), num_threads_(num_threads), models_(*models) {
   const StateModel& first = *models_.front();
   start_ = first.parameters();
   // Gas may be in a later scene only.
@@ -262,6 +266,48 @@ std::vector<StateParameter> CalibrationProblem::Wanted(bool all) const {
   return wanted;
 }
 
+// d(n' - n) at the field's feet when displacements change along a direction, by central
+// differences: exact to 1e-9 or so, of what is a small part of a displacement.
+Eigen::Matrix3Xd CalibrationProblem::TurnRates(const Field& field,
+                                               const Eigen::Matrix3Xd& displacements,
+                                               const Eigen::Matrix3Xd& direction) const {
+  constexpr double kStep = 1e-6;
+  const Eigen::Index n = static_cast<Eigen::Index>(field.feet.size());
+  Eigen::Matrix3Xd rates = Eigen::Matrix3Xd::Zero(3, n);
+  const double largest = direction.cwiseAbs().maxCoeff();
+  if (!(largest > 0.0)) return rates;
+  const bool is_linear = models_[field.grasp]->summary().theory == Theory::kLinear;
+  const double step = kStep * size_ / largest;
+  ShellFace middle(models_[field.grasp]->problem().surface(), 0.0);
+  for (const double side : {1.0, -1.0}) {
+    const Eigen::Matrix3Xd change = side * step * direction;
+    if (is_linear) {
+      middle.SetDisplacements(change);  // The linear theory turns normals from rest.
+    } else {
+      middle.SetDisplacements(displacements + change);
+    }
+    for (Eigen::Index i = 0; i < n; ++i) {
+      rates.col(i) += side / (2.0 * step) * middle.Evaluate(field.feet[i]).normal;
+    }
+  }
+  return rates;
+}
+
+// n' - n at the field's feet.
+Eigen::Matrix3Xd CalibrationProblem::Turns(const Field& field,
+                                           const Eigen::Matrix3Xd& displacements) const {
+  if (models_[field.grasp]->summary().theory == Theory::kLinear) {
+    return TurnRates(field, displacements, displacements);
+  }
+  ShellFace middle(models_[field.grasp]->problem().surface(), 0.0);  // at rest
+  const Eigen::Index n = static_cast<Eigen::Index>(field.feet.size());
+  Eigen::Matrix3Xd turns(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) turns.col(i) = -middle.Evaluate(field.feet[i]).normal;
+  middle.SetDisplacements(displacements);
+  for (Eigen::Index i = 0; i < n; ++i) turns.col(i) += middle.Evaluate(field.feet[i]).normal;
+  return turns;
+}
+
 bool CalibrationProblem::Update(bool derivatives) {
   const ShellParameters parameters = Parameters();
   for (size_t g = 0; g < models_.size(); ++g) {
@@ -285,10 +331,11 @@ bool CalibrationProblem::Update(bool derivatives) {
     Scan& scan = scans_[s];
     const RigidPose pose = PoseOf(static_cast<int>(s));
     const ShellFace& face = *faces_[scan.grasp];
-    ParallelFor(2, static_cast<int>(scan.points.size()), [&](int, int begin, int end) {
+    const int count = static_cast<int>(scan.points.size());
+    ParallelFor(ThreadsFor(count, num_threads_), count, [&](int, int begin, int end) {
       for (int i = begin; i < end; ++i) {
         scan.moved[i] = pose * scan.points[i];
-        scan.feet[i] = face.Closest(scan.moved[i], nullptr);
+        scan.feet[i] = face.Closest(scan.moved[i]);
       }
     });
   }
@@ -301,6 +348,9 @@ bool CalibrationProblem::Update(bool derivatives) {
       for (size_t v = 0; v < vertices.size(); ++v) {
         field.model.col(i) += field.weights[i][v] * u.col(vertices[v]);
       }
+    }
+    if (field.heights.size() > 0) {
+      field.model.array() += Turns(field, u).array().rowwise() * field.heights.array();
     }
   }
   if (!derivatives) return true;
@@ -349,6 +399,11 @@ bool CalibrationProblem::Update(bool derivatives) {
             field.rates[k].col(i) += unit * field.weights[i][v] * by->displacement.col(vertices[v]);
           }
         }
+        if (field.heights.size() > 0) {
+          const Eigen::Matrix3Xd turns =
+              TurnRates(field, models_[g]->displacements(), by->displacement);
+          field.rates[k].array() += (unit * turns).array().rowwise() * field.heights.array();
+        }
       }
       for (size_t f = 0; f < forces_.size(); ++f) {
         if (forces_[f].grasp != static_cast<int>(g)) continue;
@@ -390,11 +445,13 @@ void CalibrationProblem::FieldResidual(const Field& field,
                                        int point,
                                        double* residuals,
                                        double* by_motion) const {
+  // Exact for rotations of any size: those of a testing machine are not small beside strains.
   const Eigen::Vector3d w(field.motion.data()), t(field.motion.data() + 3);
   const Eigen::Vector3d arm = field.points[point] - middle_;
-  const Eigen::Vector3d left =
-      field.model.col(point) + w.cross(arm) + size_ * t - field.measured[point];
-  const Eigen::Matrix3d by_rotation = -Cross(arm);
+  const Eigen::Vector3d moved = arm + field.model.col(point);
+  const Eigen::Vector3d left = Rotation(w) * moved + size_ * t - arm - field.measured[point];
+  Eigen::Matrix3d by_rotation = Eigen::Matrix3d::Zero();
+  if (by_motion != nullptr) by_rotation = RotationDerivative(w, moved);
   for (int c = 0; c < 3; ++c) {
     const double scale = field.components[c] ? 1.0 / field.deviation : 0.0;
     residuals[c] = scale * left[c];
@@ -404,6 +461,67 @@ void CalibrationProblem::FieldResidual(const Field& field,
       by_motion[6 * c + 3 + a] = a == c ? scale * size_ : 0.0;
     }
   }
+}
+
+Eigen::Vector3d CalibrationProblem::FieldRate(const Field& field, int point, int k) const {
+  return Rotation(Eigen::Vector3d(field.motion.data())) * field.rates[k].col(point);
+}
+
+void CalibrationProblem::FitMotion(double scale,
+                                   Field* field,
+                                   Eigen::Matrix3Xd* left,
+                                   Eigen::Matrix3Xd* turned) const {
+  const Eigen::Index n = static_cast<Eigen::Index>(field->points.size());
+  Eigen::Matrix3Xd from(3, n), to(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Vector3d arm = field->points[i] - middle_;
+    from.col(i) = arm + scale * field->model.col(i);
+    to.col(i) = arm + field->measured[i];
+  }
+  Eigen::Matrix3d rotation = Rotation(Eigen::Vector3d(field->motion.data()));
+  Eigen::Vector3d translation = size_ * Eigen::Vector3d(field->motion.data() + 3);
+  if (field->free_motion) {
+    const Eigen::Vector3d from_middle = from.rowwise().mean(), to_middle = to.rowwise().mean();
+    const Eigen::Matrix3d h =
+        (from.colwise() - from_middle) * (to.colwise() - to_middle).transpose();
+    const auto& measured = field->components;
+    const int count = measured[0] + measured[1] + measured[2];
+    rotation.setIdentity();
+    if (count == 3) {
+      const Eigen::JacobiSVD<Eigen::Matrix3d> svd(h, Eigen::ComputeFullU | Eigen::ComputeFullV);
+      const Eigen::Matrix3d u = svd.matrixU(), v = svd.matrixV();
+      const double sign = (v * u.transpose()).determinant() < 0.0 ? -1.0 : 1.0;
+      rotation = v * Eigen::Vector3d(1.0, 1.0, sign).asDiagonal() * u.transpose();
+    } else if (count == 2) {
+      const int normal = measured[0] ? (measured[1] ? 2 : 1) : 0;
+      const int a = (normal + 1) % 3, b = (normal + 2) % 3;
+      const double angle = std::atan2(h(a, b) - h(b, a), h(a, a) + h(b, b));
+      rotation = Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(normal)).toRotationMatrix();
+    }
+    translation = to_middle - rotation * from_middle;
+    const Eigen::AngleAxisd turn(rotation);
+    for (int c = 0; c < 3; ++c) {
+      if (!measured[c]) translation[c] = 0.0;
+      field->motion[c] = turn.angle() * turn.axis()[c];
+      field->motion[3 + c] = translation[c] / size_;
+    }
+  }
+  *left = (rotation * from).colwise() + translation - to;
+  *turned = rotation * field->model;
+  for (int c = 0; c < 3; ++c) {
+    if (field->components[c]) continue;
+    left->row(c).setZero();
+    turned->row(c).setZero();
+  }
+}
+
+double CalibrationProblem::Deformation(const Field& field) const {
+  Field still = field;
+  for (Eigen::Vector3d& u : still.measured) u.setZero();
+  Eigen::Matrix3Xd left, turned;
+  if (!field.free_motion) still.motion.fill(0.0);
+  FitMotion(1.0, &still, &left, &turned);
+  return std::sqrt(left.colwise().squaredNorm().maxCoeff());
 }
 
 void CalibrationProblem::ForceResidual(const Force& force,
@@ -578,11 +696,13 @@ bool CalibrationProblem::Linearise(Posterior* posterior, std::vector<Row>* rows)
       FieldResidual(field, static_cast<int>(i), residuals, by_motion);
       const double weight =
           field.share * RobustWeight(Eigen::Map<Eigen::Vector3d>(residuals).squaredNorm());
+      Eigen::Matrix<double, 3, 5> rates;
+      for (int k = 0; k < 5; ++k) {
+        rates.col(k) = FieldRate(field, static_cast<int>(i), k) / field.deviation;
+      }
       for (int c = 0; c < 3; ++c) {
         if (!field.components[c]) continue;
-        for (int k = 0; k < 5; ++k) {
-          row.coefficients[k] = field.rates[k](c, i) / field.deviation;
-        }
+        for (int k = 0; k < 5; ++k) row.coefficients[k] = rates(c, k);
         for (int a = 0; a < 6; ++a) row.coefficients[5 + a] = by_motion[6 * c + a];
         row.residual = residuals[c];
         row.weight = weight;

@@ -54,6 +54,9 @@ class CalibrationProblem : public ceres::EvaluationCallback {
     double deviation = 1.0, share = 1.0;  // as those of a scan
     std::vector<Eigen::Vector3d> points, measured;
     std::vector<ElementPoint> feet;
+    // Of the points at rest above the middle surface, along its normal n: points of a face move by
+    // u + height (n' - n). Empty: all 0.
+    Eigen::RowVectorXd heights;
     std::vector<Eigen::VectorXd> weights;
     std::array<double, 6> motion{};
     int column = 0;
@@ -66,10 +69,23 @@ class CalibrationProblem : public ceres::EvaluationCallback {
   };
 
   // Everything must outlive this; states are those of `models`, one per grasp.
-  CalibrationProblem(const CalibrationSpec& spec, std::vector<std::unique_ptr<StateModel>>* models);
+  CalibrationProblem(const CalibrationSpec& spec,
+                     int num_threads,
+                     std::vector<std::unique_ptr<StateModel>>* models);
 
   int AddScan(Scan scan);
   int AddField(Field field);
+  // The rigid motion of the field that leaves least of it where the model's displacements are
+  // `scale` times what they are (Kabsch), in the components that are measured; sets its unknowns.
+  // *left: what is left per point, *turned: the model's displacements, turned. After
+  // PrepareForEvaluation.
+  void FitMotion(double scale,
+                 Field* field,
+                 Eigen::Matrix3Xd* left,
+                 Eigen::Matrix3Xd* turned) const;
+  // The largest displacement of the model at the field's points that is not a rigid motion, in the
+  // components that are measured; where no rigid motion is free, the largest displacement.
+  double Deformation(const Field& field) const;
   // After all scans and fields.
   void Finish();
 
@@ -102,6 +118,8 @@ class CalibrationProblem : public ceres::EvaluationCallback {
 
   std::vector<Scan>& scans() { return scans_; }
   std::vector<Field>& fields() { return fields_; }
+  const std::vector<Scan>& scans() const { return scans_; }
+  const std::vector<Field>& fields() const { return fields_; }
   const std::vector<Force>& forces() const { return forces_; }
   double ForceOf(const Force& force) const;      // that the model has, with bias and drift
   double BareForceOf(const Force& force) const;  // without
@@ -115,13 +133,20 @@ class CalibrationProblem : public ceres::EvaluationCallback {
   // Residuals and derivatives of single measurements, for the blocks.
   bool ScanResidual(const Scan& scan, int point, double* residual, double* by_motion) const;
   void FieldResidual(const Field& field, int point, double* residuals, double* by_motion) const;
+  // Of the displacement of a point by theta or travel, turned as the whole field is.
+  Eigen::Vector3d FieldRate(const Field& field, int point, int k) const;
   void ForceResidual(const Force& force, double* residual, double** jacobians) const;
 
  private:
   bool Update(bool derivatives);
+  Eigen::Matrix3Xd Turns(const Field& field, const Eigen::Matrix3Xd& displacements) const;
+  Eigen::Matrix3Xd TurnRates(const Field& field,
+                             const Eigen::Matrix3Xd& displacements,
+                             const Eigen::Matrix3Xd& direction) const;
   std::vector<StateParameter> Wanted(bool all) const;
 
   const CalibrationSpec& spec_;
+  const int num_threads_;
   std::vector<std::unique_ptr<StateModel>>& models_;
   std::vector<std::unique_ptr<ShellFace>> faces_;  // per grasp
   ShellParameters start_;

@@ -260,8 +260,9 @@ class CalibrationParser : public YamlReader {
       field.location = Location(item);
       YamlMap parts;
       YamlField file;
-      if (!OpenMap(item, "a map of file, components, noise and rigid_motion", &parts) ||
-          !CheckKeys(parts, {"file", "components", "noise", "rigid_motion"}) ||
+      if (!OpenMap(
+              item, "a map of file, components, noise, shape_error and rigid_motion", &parts) ||
+          !CheckKeys(parts, {"file", "components", "noise", "shape_error", "rigid_motion"}) ||
           !Require(parts, "file", "a file of points with displacements", &file) ||
           !ReadCloud(file, "a file of points with displacements", &field.file, &field.cloud)) {
         return false;
@@ -269,6 +270,7 @@ class CalibrationParser : public YamlReader {
       if (field.cloud.displacements.empty()) {
         return Fail(file, "points without displacements", "columns ux, uy (and uz) beside x, y, z");
       }
+      field.components[2] = field.cloud.has_uz;
       if (const YamlField* components = parts.Find("components")) {
         std::vector<YamlField> names;
         if (!OpenList(*components, -1, "a list of x, y, z", &names)) return false;
@@ -276,11 +278,17 @@ class CalibrationParser : public YamlReader {
         for (const YamlField& name : names) {
           std::string text;
           if (!ReadChoice(name, {"x", "y", "z"}, {}, &text)) return false;
+          if (text == "z" && !field.cloud.has_uz) {
+            return Fail(name, "z, of which the file says nothing", "x, y, or a column uz");
+          }
           field.components[text[0] - 'x'] = true;
         }
         if (names.empty()) return Fail(*components, "an empty list", "some of x, y, z");
       }
-      if (!Optional(parts, "noise", kPositiveNumber, &field.noise)) return false;
+      if (!Optional(parts, "noise", kPositiveNumber, &field.noise) ||
+          !Optional(parts, "shape_error", kPart, &field.shape_error)) {
+        return false;
+      }
       if (const YamlField* motion = parts.Find("rigid_motion")) {
         std::string text;
         if (!ReadChoice(*motion, {"free", "none"}, {}, &text)) return false;

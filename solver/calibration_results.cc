@@ -123,7 +123,12 @@ Json MakeCalibrationJson(const CalibrationSpec& spec, const CalibrationSummary& 
       fields.push_back({{"file", field.file},
                         {"points", field.points},
                         {"beside", field.beside},
-                        {"rms", Number(field.rms)}});
+                        {"rms", Number(field.rms)},
+                        {"inliers", Number(field.inliers)},
+                        {"deviation", Number(field.deviation)},
+                        {"independent_points", Number(field.independent)},
+                        {"deformation", Number(field.deformation)},
+                        {"rotation", Number(field.rotation)}});
     }
     grasps.push_back({{"scene", grasp.scene},
                       {"theory", ToString(grasp.theory)},

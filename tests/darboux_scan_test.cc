@@ -415,6 +415,63 @@ TEST_F(DarbouxScanTest, PointsOfAFileMayHaveTheFacesOfAMesh) {
   }
 }
 
+TEST_F(DarbouxScanTest, AProfileIsTurnedIntoTheBodyThatItBounds) {
+  // A half circle from pole to pole, moved up by its displacements, in both orders.
+  std::vector<std::string> lines;
+  for (int k = 0; k <= 90; ++k) {
+    std::ostringstream line;
+    line.precision(17);
+    const double angle = M_PI * (k + 0.5) / 91;
+    line << 10.0 * std::sin(angle) << ",0," << 10.0 * std::cos(angle) << ",0,0,3\n";
+    lines.push_back(line.str());
+  }
+  std::string down = "x,y,z,ux,uy,uz\n", up = down;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    down += lines[k];
+    up += lines[lines.size() - 1 - k];
+  }
+  const std::vector<std::string> flags = {
+      "--revolve=180", "--noise=0", "--motion=none", "--points=4000", "--normals"};
+  for (const std::string& text : {down, up}) {
+    std::vector<std::string> words = flags;
+    words.insert(words.begin(), Write("profile.csv", text));
+    ASSERT_EQ(Run(words), 0) << Stderr();
+    const PointCloud scan = Cloud("scan.csv");
+    ASSERT_EQ(scan.points.size(), 4000u);
+    Vector3d mean(0, 0, 0);
+    for (std::size_t i = 0; i < scan.points.size(); ++i) {
+      const Vector3d x = scan.points[i] - Vector3d(0, 0, 3);
+      mean += x / 4000.0;
+      EXPECT_NEAR(x.norm(), 10.0, 4e-3);  // Chords.
+      EXPECT_GT(scan.normals[i].dot(x), 9.9);
+    }
+    EXPECT_LT(mean.norm(), 0.4);  // On all sides.
+    EXPECT_EQ(Truth()["options"]["revolve"], 180);
+  }
+  // A thickness is measured along the normals of the body.
+  ASSERT_EQ(Run({"profile.csv", "--revolve=180", "--noise=0", "--motion=none", "--thickness=2"}), 0)
+      << Stderr();
+  for (const Vector3d& x : Cloud("scan.csv").points) {
+    EXPECT_NEAR((x - Vector3d(0, 0, 3)).norm(), 11.0, 5e-3);
+  }
+}
+
+TEST_F(DarbouxScanTest, FewerDigitsAreThoseOfAllRounded) {
+  ASSERT_EQ(Run({sphere_, "--noise=0.1"}), 0) << Stderr();
+  const PointCloud all = Cloud("scan.csv");
+  ASSERT_EQ(Run({sphere_, "--noise=0.1", "--digits=4"}), 0) << Stderr();
+  const PointCloud few = Cloud("scan.csv");
+  ASSERT_EQ(all.points.size(), few.points.size());
+  for (std::size_t i = 0; i < all.points.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(few.points[i][c], all.points[i][c], 5.001e-4 * std::abs(all.points[i][c]));
+    }
+  }
+  std::string text = ReadFile(Out() / "scan.csv");
+  text = text.substr(text.find("\nx,y,z") + 7);
+  EXPECT_LT(text.size(), 500u * 24u) << text.substr(0, 200);
+}
+
 TEST_F(DarbouxScanTest, TheFormatMayBePlyAndAnEarlierScanGoes) {
   ASSERT_EQ(Run({sphere_, "--noise=0.1", "--normals"}), 0);
   const PointCloud csv = Cloud("scan.csv");
@@ -496,6 +553,7 @@ TEST_F(DarbouxScanTest, BadInputIsOneLineAndWritesNothing) {
                                    "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 2 3\n"
                                    "3 0 3 1\n3 1 3 2\n");
   const std::string broken = Write("broken.csv", "1,2,3\n4,5\n");
+  const std::string beside = Write("beside.csv", "0,0,1\n1,0.1,0\n0,0,-1\n");
   const std::string nothing = Write("nothing.csv", "x,y,z\n");
   const std::string infinite = Write("infinite.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n");
   const std::string three = Write("three.csv", "0,0,0\n1,0,0\n0,1,0\n");
@@ -520,6 +578,12 @@ TEST_F(DarbouxScanTest, BadInputIsOneLineAndWritesNothing) {
       {{sphere_, "--noise=0", "--format=obj"}, "--format: found 'obj'; allowed csv | ply"},
       {{sphere_, "--noise=0", "--thickness=-2"}, "--thickness: found '-2'; allowed a length >= 0"},
       {{sphere_, "--noise=0", "--state=1"}, "--state: found '1'; allowed with a scene"},
+      {{sphere_, "--noise=0", "--digits=2"}, "--digits: found '2'; allowed 3 to 17, or 0"},
+      {{sphere_, "--noise=0", "--revolve=36"}, "--revolve: found '36'; allowed with the points of"},
+      {{beside, "--noise=0", "--revolve=2"}, "--revolve: found '2'; allowed 3 to 10000"},
+      {{beside, "--noise=0", "--revolve=36"},
+       "beside.csv:0: found point 1 off the half plane y = 0, x > 0; allowed a profile"},
+      {{plate_, "--noise=0", "--revolve=36"}, "--revolve: found '36'; allowed with a file"},
       {{sphere_, "--noise=0", "--scene=no.yaml"}, "no.yaml:0: "},
       {{sphere_, "--noise=0", "--nois=1"}, "did you mean '--noise'?"},
       {{plate_, "--noise=0", "--thickness=1"}, "--thickness: found '1'; allowed with a file"},
@@ -557,7 +621,8 @@ TEST_F(DarbouxScanTest, HelpNamesEveryFlag) {
         "bias_length", "bias_along",    "outliers",  "spike_share",     "spike_size",
         "outlier_box", "motion",        "max_angle", "max_translation", "views",
         "views_file",  "view_distance", "grazing",   "sampling",        "state",
-        "thickness",   "scene",         "faces",     "format",          "normals"}) {
+        "thickness",   "scene",         "format",    "normals",         "revolve",
+        "digits",      "faces"}) {
     EXPECT_THAT(Stdout(), HasSubstr(std::string("\n  --") + flag)) << flag;
   }
 }

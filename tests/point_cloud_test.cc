@@ -113,6 +113,44 @@ TEST(PointCloudTest, APlaneFieldHasNoZ) {
               ElementsAre(Eigen::Vector3d(3, 4, 5)));
 }
 
+TEST(PointCloudTest, LongNamesWithUnitsStandForShortOnes) {
+  const PointCloud cloud = Parse(
+      "x-coordinate [mm],y-coordinate [mm],x-displacement [mm],y-displacement [mm]\n"
+      "1,2,3,4\n");
+  EXPECT_THAT(cloud.points, ElementsAre(Eigen::Vector3d(1, 2, 0)));
+  EXPECT_THAT(cloud.displacements, ElementsAre(Eigen::Vector3d(3, 4, 0)));
+  EXPECT_FALSE(cloud.has_uz);
+  const PointCloud solid = Parse(
+      "Displacement_Z (m);u_y;U X;\"Z position\";coord.y;X [m];normal-x;n_y;nz\n"
+      "9;8;7;3;2;1;0;0;1\n");
+  EXPECT_THAT(solid.points, ElementsAre(Eigen::Vector3d(1, 2, 3)));
+  EXPECT_THAT(solid.normals, ElementsAre(Eigen::Vector3d(0, 0, 1)));
+  EXPECT_THAT(solid.displacements, ElementsAre(Eigen::Vector3d(7, 8, 9)));
+  EXPECT_TRUE(solid.has_uz);
+}
+
+TEST(PointCloudTest, AShortNameComesBeforeALongOne) {
+  const PointCloud cloud = Parse("x-coordinate [px],x,y,y strain,x_velocity\n1,2,3,4,5\n");
+  EXPECT_THAT(cloud.points, ElementsAre(Eigen::Vector3d(2, 3, 0)));
+  EXPECT_THAT(ParseError("x-coordinate,x-position,y\n1,2,3\n"), HasSubstr("a second column 'x'"));
+}
+
+TEST(PointCloudTest, UnitsAreNotMixed) {
+  EXPECT_THAT(ParseError("x [mm],y [mm],u_x [um],u_y [um]\n1,2,3,4\n"),
+              HasSubstr(":1: found columns in 'mm' and in 'um'; allowed one unit of length"));
+}
+
+TEST(PointCloudTest, APlaneFieldIsWrittenAsOne) {
+  const TemporaryFile file(".csv");
+  const PointCloud cloud = Parse("x,y,ux,uy\n1,2,3,4\n");
+  std::string error;
+  ASSERT_TRUE(WritePointCloud(file.name(), cloud, {}, &error)) << error;
+  PointCloud back;
+  ASSERT_TRUE(ReadPointCloud(file.name(), &back, &error)) << error;
+  EXPECT_FALSE(back.has_uz);
+  EXPECT_EQ(back.displacements, cloud.displacements);
+}
+
 TEST(PointCloudTest, ALineOfNamesMayBeAComment) {  // As numpy.savetxt writes it.
   const PointCloud cloud = Parse("# made by hand\n# x y z ux uy uz\n1 2 3 0 0 1\n");
   EXPECT_THAT(cloud.normals, IsEmpty());

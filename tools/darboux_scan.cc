@@ -4,6 +4,7 @@
 //   darboux_scan deformed.ply --thickness=2.5 --scene=data/tennis_ball.yaml --unit=mm --out=scan
 //   darboux_scan bunny.obj --noise=0.1 --outliers=0.02 --views=12 --points=50000 --out=scan
 //   darboux_scan field.csv --faces=rest.obj --noise=0.1 --out=scan
+//   darboux_scan data/solids/ball_4mm.csv --revolve=360 --unit=mm --digits=6 --out=scan
 //
 // Exit status: 0 written; 1 the scene's solution has not converged or was interrupted, or files
 // cannot be written; 2 bad input. Nothing is written unless all is.
@@ -14,6 +15,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <map>
@@ -28,6 +30,7 @@
 #include "geometry/mesh_io.h"
 #include "geometry/point_cloud.h"
 #include "geometry/scan_simulator.h"
+#include "geometry/surface_of_revolution.h"
 #include "geometry/text_file.h"
 #include "solver/accuracy.h"
 #include "solver/fields.h"
@@ -98,6 +101,15 @@ DEFINE_string(faces,
               "",
               "With a file of points: a mesh whose vertices are these points, in their order, "
               "wherever it has them itself. Gives the triangles.");
+DEFINE_int32(revolve,
+             0,
+             "With a .csv, .txt or .xyz file of points in the half plane y = 0, x >= 0, in order "
+             "along a profile: turns it about the z axis into a mesh of this many meridians, 3 to "
+             "10000. Of an open one the outside is away from the axis where z falls along it.");
+DEFINE_int32(digits,
+             0,
+             "Significant digits of the scan's coordinates, 3 to 17, for small files; 0: as many "
+             "as it takes.");
 DEFINE_string(format, "csv", "csv or ply, of the scan.");
 DEFINE_bool(normals, false, "Write the face's normals into the scan.");
 
@@ -185,6 +197,12 @@ bool OptionsFromFlags(bool is_scene, ScanOptions* options, std::string* error) {
   }
   if (FLAGS_seed < 0) return FailFlag("seed", "an integer >= 0", error);
   if (FLAGS_state < 0) return FailFlag("state", "the number of a load step, or 0", error);
+  if (IsGiven("revolve") && (FLAGS_revolve < 3 || FLAGS_revolve > 10000)) {
+    return FailFlag("revolve", "3 to 10000 meridians", error);
+  }
+  if (IsGiven("digits") && FLAGS_digits != 0 && (FLAGS_digits < 3 || FLAGS_digits > 17)) {
+    return FailFlag("digits", "3 to 17, or 0", error);
+  }
   if (FLAGS_views < 0 || FLAGS_views > 1000) return FailFlag("views", "0 to 1000", error);
   if (!(FLAGS_view_distance > 0.0 && std::isfinite(FLAGS_view_distance))) {
     return FailFlag("view_distance", "a factor > 0", error);
@@ -201,6 +219,7 @@ bool OptionsFromFlags(bool is_scene, ScanOptions* options, std::string* error) {
     }
     if (!FLAGS_scene.empty()) return none_with_scenes("scene", "the argument is a scene");
     if (!FLAGS_faces.empty()) return none_with_scenes("faces", "the argument is a scene");
+    if (IsGiven("revolve")) return none_with_scenes("revolve", "the argument is a scene");
   } else if (FLAGS_state != 0) {
     return FailFlag("state", "with a scene; a file has one state", error);
   }
@@ -388,6 +407,22 @@ bool ReadSurface(const std::string& file, Target* target, std::string* error) {
   const std::string ending = Ending(file);
   const bool is_table = ending == ".csv" || ending == ".txt" || ending == ".xyz";
   if (!is_table && !ReadVertices(file, &mesh, &unused, error)) return false;
+  if (FLAGS_revolve > 0) {
+    if (!is_table) {
+      return FailFlag("revolve", "with the points of a .csv, .txt or .xyz file", error);
+    }
+    std::string trouble;
+    if (!Revolve(cloud.points, FLAGS_revolve, &mesh, &trouble)) {
+      *error = file + ":0: " + trouble;
+      return false;
+    }
+    // A profile may be written from either end.
+    if (IsClosed(mesh) && Volume(mesh) < 0.0) {
+      for (std::array<int, 3>& t : mesh.triangles) std::swap(t[1], t[2]);
+    }
+    cloud = PointCloud();
+    cloud.points = mesh.vertices;
+  }
   if (!FLAGS_faces.empty()) {
     if (!mesh.triangles.empty()) {
       return FailFlag("faces", "with points; " + file + " has faces", error);
@@ -478,6 +513,16 @@ Json ToJson(const RigidPose& pose) {
           {"translation", ToJson(pose.translation)}};
 }
 
+void RoundTo(int digits, PointCloud* cloud) {
+  for (Eigen::Vector3d& x : cloud->points) {
+    for (double& value : x) {
+      char text[40];
+      std::snprintf(text, sizeof(text), "%.*g", digits, value);
+      value = std::strtod(text, nullptr);
+    }
+  }
+}
+
 // Everything that the scan was made with, but the viewpoints.
 Json SettingsJson(const ScanOptions& options, const Scan& scan) {
   return {{"seed", options.seed},
@@ -498,6 +543,8 @@ Json SettingsJson(const ScanOptions& options, const Scan& scan) {
           {"view_distance", FLAGS_views_file.empty() ? Json(FLAGS_view_distance) : Json(nullptr)},
           {"grazing", options.grazing_deg},
           {"sampling", FLAGS_sampling},
+          {"revolve", FLAGS_revolve},
+          {"digits", FLAGS_digits},
           {"state", FLAGS_state}};
 }
 
@@ -579,6 +626,7 @@ int Run(int argc, char** argv) {
     return kExitBadInput;
   }
   if (!FLAGS_normals) scan.cloud.normals.clear();
+  if (FLAGS_digits > 0) RoundTo(FLAGS_digits, &scan.cloud);
 
   const std::string name = fs::path(file).filename().string();
   Json settings = SettingsJson(options, scan);
