@@ -384,6 +384,37 @@ TEST_F(DarbouxScanTest, PointsOfAFileMoveByTheirDisplacements) {
   EXPECT_THAT(Cloud("scan.csv").points, ::testing::ElementsAre(Vector3d(0, 0, 0.5)));
 }
 
+TEST_F(DarbouxScanTest, PointsOfAFileMayHaveTheFacesOfAMesh) {
+  // The sphere, moved by 50 along x, and its triangles from where it was.
+  TriangleMesh mesh;
+  std::string error;
+  ASSERT_TRUE(ReadMesh(sphere_, &mesh, &error)) << error;
+  std::ostringstream text;
+  text.precision(17);
+  text << "x,y,z,ux,uy,uz\n";
+  for (const Vector3d& x : mesh.vertices) {
+    text << x.x() << ',' << x.y() << ',' << x.z() << ",50,0,0\n";
+  }
+  const std::string field = Write("field.csv", text.str());
+  const std::vector<std::string> flags = {"--noise=0", "--motion=none", "--views=1"};
+  std::vector<std::string> points = flags, faces = flags;
+  points.insert(points.end(), {field, "--points=100000"});
+  ASSERT_EQ(Run(points), 0) << Stderr();
+  EXPECT_EQ(Cloud("scan.csv").points.size(), mesh.vertices.size());  // Nothing hides anything.
+  faces.insert(faces.end(), {field, "--faces=" + sphere_});
+  ASSERT_EQ(Run(faces), 0) << Stderr();
+  EXPECT_EQ(Truth()["options"]["faces"], "sphere.obj");
+  const std::vector<double> eye = Truth()["viewpoints"][0];
+  const Vector3d towards = (Vector3d(eye[0], eye[1], eye[2]) - Vector3d(50, 0, 0)).normalized();
+  const PointCloud scan = Cloud("scan.csv");
+  ASSERT_EQ(scan.points.size(), 500u);
+  for (const Vector3d& x : scan.points) {
+    const Vector3d outward = x - Vector3d(50, 0, 0);
+    EXPECT_NEAR(outward.norm(), 10.0, 0.3);
+    EXPECT_GT(outward.dot(towards), 0.0);  // The sphere hides its other side.
+  }
+}
+
 TEST_F(DarbouxScanTest, AProfileIsTurnedIntoTheBodyThatItBounds) {
   // A half circle from pole to pole, moved up by its displacements, in both orders.
   std::vector<std::string> lines;
@@ -439,37 +470,6 @@ TEST_F(DarbouxScanTest, FewerDigitsAreThoseOfAllRounded) {
   std::string text = ReadFile(Out() / "scan.csv");
   text = text.substr(text.find("\nx,y,z") + 7);
   EXPECT_LT(text.size(), 500u * 24u) << text.substr(0, 200);
-}
-
-TEST_F(DarbouxScanTest, PointsOfAFileMayHaveTheFacesOfAMesh) {
-  // The sphere, moved by 50 along x, and its triangles from where it was.
-  TriangleMesh mesh;
-  std::string error;
-  ASSERT_TRUE(ReadMesh(sphere_, &mesh, &error)) << error;
-  std::ostringstream text;
-  text.precision(17);
-  text << "x,y,z,ux,uy,uz\n";
-  for (const Vector3d& x : mesh.vertices) {
-    text << x.x() << ',' << x.y() << ',' << x.z() << ",50,0,0\n";
-  }
-  const std::string field = Write("field.csv", text.str());
-  const std::vector<std::string> flags = {"--noise=0", "--motion=none", "--views=1"};
-  std::vector<std::string> points = flags, faces = flags;
-  points.insert(points.end(), {field, "--points=100000"});
-  ASSERT_EQ(Run(points), 0) << Stderr();
-  EXPECT_EQ(Cloud("scan.csv").points.size(), mesh.vertices.size());  // Nothing hides anything.
-  faces.insert(faces.end(), {field, "--faces=" + sphere_});
-  ASSERT_EQ(Run(faces), 0) << Stderr();
-  EXPECT_EQ(Truth()["options"]["faces"], "sphere.obj");
-  const std::vector<double> eye = Truth()["viewpoints"][0];
-  const Vector3d towards = (Vector3d(eye[0], eye[1], eye[2]) - Vector3d(50, 0, 0)).normalized();
-  const PointCloud scan = Cloud("scan.csv");
-  ASSERT_EQ(scan.points.size(), 500u);
-  for (const Vector3d& x : scan.points) {
-    const Vector3d outward = x - Vector3d(50, 0, 0);
-    EXPECT_NEAR(outward.norm(), 10.0, 0.3);
-    EXPECT_GT(outward.dot(towards), 0.0);  // The sphere hides its other side.
-  }
 }
 
 TEST_F(DarbouxScanTest, TheFormatMayBePlyAndAnEarlierScanGoes) {
@@ -621,8 +621,8 @@ TEST_F(DarbouxScanTest, HelpNamesEveryFlag) {
         "bias_length", "bias_along",    "outliers",  "spike_share",     "spike_size",
         "outlier_box", "motion",        "max_angle", "max_translation", "views",
         "views_file",  "view_distance", "grazing",   "sampling",        "state",
-        "thickness",   "scene",         "faces",     "format",          "normals",
-        "revolve",     "digits"}) {
+        "thickness",   "scene",         "format",    "normals",         "revolve",
+        "digits",      "faces"}) {
     EXPECT_THAT(Stdout(), HasSubstr(std::string("\n  --") + flag)) << flag;
   }
 }

@@ -3,8 +3,8 @@
 //   darboux_scan data/tennis_ball.yaml --unit=mm --out=scan
 //   darboux_scan deformed.ply --thickness=2.5 --scene=data/tennis_ball.yaml --unit=mm --out=scan
 //   darboux_scan bunny.obj --noise=0.1 --outliers=0.02 --views=12 --points=50000 --out=scan
-//   darboux_scan data/solids/ball_4mm.csv --revolve=360 --unit=mm --digits=6 --out=scan
 //   darboux_scan field.csv --faces=rest.obj --noise=0.1 --out=scan
+//   darboux_scan data/solids/ball_4mm.csv --revolve=360 --unit=mm --digits=6 --out=scan
 //
 // Exit status: 0 written; 1 the scene's solution has not converged or was interrupted, or files
 // cannot be written; 2 bad input. Nothing is written unless all is.
@@ -97,6 +97,10 @@ DEFINE_string(scene,
               "",
               "With a file: the scene it belongs to. Gives fingers, each moved along its direction "
               "until it touches the face, and the thickness.");
+DEFINE_string(faces,
+              "",
+              "With a file of points: a mesh whose vertices are these points, in their order, "
+              "wherever it has them itself. Gives the triangles.");
 DEFINE_int32(revolve,
              0,
              "With a .csv, .txt or .xyz file of points in the half plane y = 0, x >= 0, in order "
@@ -106,10 +110,6 @@ DEFINE_int32(digits,
              0,
              "Significant digits of the scan's coordinates, 3 to 17, for small files; 0: as many "
              "as it takes.");
-DEFINE_string(faces,
-              "",
-              "With a file of points: a mesh whose vertices are these points, in their order, "
-              "wherever it has them itself. Gives the triangles.");
 DEFINE_string(format, "csv", "csv or ply, of the scan.");
 DEFINE_bool(normals, false, "Write the face's normals into the scan.");
 
@@ -218,8 +218,8 @@ bool OptionsFromFlags(bool is_scene, ScanOptions* options, std::string* error) {
       return none_with_scenes("thickness", "a scene has shell.thickness");
     }
     if (!FLAGS_scene.empty()) return none_with_scenes("scene", "the argument is a scene");
-    if (IsGiven("revolve")) return none_with_scenes("revolve", "the argument is a scene");
     if (!FLAGS_faces.empty()) return none_with_scenes("faces", "the argument is a scene");
+    if (IsGiven("revolve")) return none_with_scenes("revolve", "the argument is a scene");
   } else if (FLAGS_state != 0) {
     return FailFlag("state", "with a scene; a file has one state", error);
   }
