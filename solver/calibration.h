@@ -47,6 +47,10 @@ namespace darboux {
 // tells outliers; each of n points counts s^2 / (sigma^2 + e^2 max(1, n / kRegions)) times, so that
 // all of them know what kRegions independent ones do.
 //
+// Where neighbouring points of a scan lie together inside of a closed shell's fitted state, or deep
+// in a finger of it, by more than 3 s each and as more than 1/200 of the points, the scan is of
+// another state or object: there is no match and no estimate. Robust losses would pass over them.
+//
 // A point of a field within half the thickness h (and a little) of the middle surface, at the
 // height z above it, moves by u + z (n' - n), n the normal at rest and n' that of the state; others
 // are left out.
