@@ -48,6 +48,10 @@ namespace darboux {
 // s^2 / (sigma^2 + e^2 max(1, n / kRegions)) times, so that all of them know what kRegions
 // independent ones do.
 //
+// Where neighbouring points of a scan lie together inside of a closed shell's fitted state, or deep
+// in a finger of it, by more than 3 s each and as more than 1/200 of the points, the scan is of
+// another state or object: there is no match and no estimate. Robust losses would pass over them.
+//
 // Points of a field do likewise, with e of the largest displacement that is not a rigid motion and
 // zero unless the field says otherwise, because what neighbours share can be seen there: the means
 // m_r of what is left in each of kRegions parts (or pairs of them) of n_r points would have the

@@ -288,6 +288,7 @@ TEST_F(DarbouxCalibrateTest, AScanThatMatchesNothingGivesNoNumber) {
   // With a travel that is known, and with one that the scan has to tell.
   for (const char* travel : {"", "travel_error: unknown, "}) {
     for (std::size_t k = 0; k < cases.size(); ++k) {
+      if (*travel != '\0' && cases[k].why[0] != '\0') continue;  // Whatever the travel.
       Write("bad.csv", cases[k].text);
       EXPECT_EQ(
           Run({Calibration(travel + ("scans: [bad.csv], " + GoodForce()), "theory: linear\n")}), 1)
@@ -369,7 +370,7 @@ TEST_F(DarbouxCalibrateTest, OneForceDoesNotTellModulusAndThickness) {
 }
 
 TEST_F(DarbouxCalibrateTest, WhatIsStoppedIsMarked) {
-  // A fine mesh in many steps takes long.
+  // A finer mesh takes longer than that.
   std::string slow = kBall;
   slow.replace(slow.find("frequency: 4"), 12, "frequency: 14");
   Write("slow.yaml", slow);

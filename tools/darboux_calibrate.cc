@@ -1,5 +1,5 @@
 // Finds Young's modulus, and other parameters of a shell, from measured grasps.
-// Sample run: darboux_calibrate data/ball_calibration.yaml --out=ball
+// Sample run: darboux_calibrate data/calibration/ball_4mm.yaml --out=ball
 //
 // Exit status: 0 done, every parameter that was asked for is identified; 1 not converged, no match
 // of a scan, or a parameter is not identifiable (calibration.json says which and why); 2 bad input,
