@@ -48,15 +48,15 @@ namespace darboux {
 // s^2 / (sigma^2 + e^2 max(1, n / kRegions)) times, so that all of them know what kRegions
 // independent ones do.
 //
-// A point of a field within half the thickness h (and a little) of the middle surface, at the
-// height z above it, moves by u + z (n' - n), n the normal at rest and n' that of the state; others
-// are left out.
-//
 // Points of a field do likewise, with e of the largest displacement that is not a rigid motion and
 // zero unless the field says otherwise, because what neighbours share can be seen there: the means
 // m_r of what is left in each of kRegions parts (or pairs of them) of n_r points would have the
 // variance s^2 / n_r if errors were independent. Where they have D times that, a point counts 1 / D
 // times. A field's deviation is the standard deviation of one component of one point.
+//
+// A point of a field within half the thickness h (and a little) of the middle surface, at the
+// height z above it, moves by u + z (n' - n), n the normal at rest and n' that of the state; others
+// are left out.
 struct CalibrationSpec {
   struct Parameter {
     bool asked = false;
