@@ -1,5 +1,6 @@
-// Registration and shape fits from a scan of the grasped duck of solid elements (data/solids),
-// which shares no error with Darboux, with noise, outliers and the shadows of the fingers.
+// Registration, shape fits and calibration from a scan of the grasped duck of solid elements
+// (data/solids), which shares no error with Darboux, with noise, outliers and the shadows of the
+// fingers.
 
 #include <gtest/gtest.h>
 
@@ -14,6 +15,8 @@
 #include "geometry/first_touch.h"
 #include "geometry/scan_simulator.h"
 #include "geometry/shell_face.h"
+#include "solver/calibration.h"
+#include "solver/calibration_reader.h"
 #include "solver/grasp.h"
 #include "solver/registration.h"
 #include "solver/shape_fit.h"
@@ -174,6 +177,7 @@ TEST_F(SolidsFitTest, TheComputedDuckIsWhereTheScanIs) {
     RecordProperty(name + "_mean_permyriad", static_cast<int>(1e4 * mean));
     // Without the noise of the scan: how far the two theories are apart.
     EXPECT_LT(Rms(name, surface, displacements, summary.pose, duck_.mesh.vertices), 0.0001);
+    EXPECT_LT(Rms(name + "_shadow", surface, displacements, summary.pose, shadow_), 0.0005);
   }
 }
 
@@ -193,6 +197,29 @@ TEST_F(SolidsFitTest, WithoutFingersTheFitIsRightWhereItIsSeen) {
   // The bottom of a dent that nobody has seen is where the energy has it.
   Rms("shadow", surface, fit.displacements, fit.pose, shadow_);
   Rms("all", surface, fit.displacements, fit.pose, duck_.mesh.vertices);
+}
+
+// One grasp with 2,562 control vertices. Its shape does not depend on Young's modulus, so that one
+// solution is enough, and the force tells it; the scan says that this is the state.
+TEST(SolidsDuckCalibration, YoungsModulusIsThatOfTheSolidElements) {
+  CalibrationSpec spec;
+  std::string error;
+  ASSERT_TRUE(ReadCalibration(DARBOUX_DATA_DIR "/calibration/duck_8.5mm.yaml", &spec, &error))
+      << error;
+  CalibrationOptions options;
+  options.solver.num_threads = 1;
+  CalibrationSummary summary;
+  ASSERT_TRUE(Calibrate(spec, options, &summary, nullptr, &error)) << error;
+  ASSERT_TRUE(summary.IsConverged()) << summary.message;
+  const CalibrationSummary::Estimate& found = summary.estimates.at(0);
+  EXPECT_TRUE(found.identifiable) << found.verdict;
+  EXPECT_NEAR(found.value, 2.0e6, 0.05 * 2.0e6);
+  EXPECT_LT(found.interval[0], 2.0e6);
+  EXPECT_GT(found.interval[1], 2.0e6);
+  EXPECT_LT(found.interval[1] - found.interval[0], 0.2 * 2.0e6);
+  EXPECT_EQ(summary.work.solutions, 1);
+  EXPECT_GT(summary.grasps.at(0).scans.at(0).inliers, 0.95);
+  EXPECT_LT(summary.seconds, 300.0);
 }
 
 }  // namespace
