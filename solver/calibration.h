@@ -43,23 +43,24 @@ namespace darboux {
 //
 // Neighbouring points of a scan share the errors of the model, so that a million of them do not
 // know more than a few regions of the surface. With the noise sigma and a shape error e (of the
-// largest displacement of the state) a point has the standard deviation s^2 = sigma^2 + e^2, which
-// tells outliers; each of n points counts s^2 / (sigma^2 + e^2 max(1, n / kRegions)) times, so that
-// all of them know what kRegions independent ones do.
+// largest displacement of the state, without rigid motion: Deformation in registration.h) a point
+// has the standard deviation s^2 = sigma^2 + e^2, which tells outliers; each of n points counts
+// s^2 / (sigma^2 + e^2 max(1, n / kRegions)) times, so that all of them know what kRegions
+// independent ones do.
 //
 // Where neighbouring points of a scan lie together inside of a closed shell's fitted state, or deep
 // in a finger of it, by more than 3 s each and as more than 1/200 of the points, the scan is of
 // another state or object: there is no match and no estimate. Robust losses would pass over them.
-//
-// A point of a field within half the thickness h (and a little) of the middle surface, at the
-// height z above it, moves by u + z (n' - n), n the normal at rest and n' that of the state; others
-// are left out.
 //
 // Points of a field do likewise, with e of the largest displacement that is not a rigid motion and
 // zero unless the field says otherwise, because what neighbours share can be seen there: the means
 // m_r of what is left in each of kRegions parts (or pairs of them) of n_r points would have the
 // variance s^2 / n_r if errors were independent. Where they have D times that, a point counts 1 / D
 // times. A field's deviation is the standard deviation of one component of one point.
+//
+// A point of a field within half the thickness h (and a little) of the middle surface, at the
+// height z above it, moves by u + z (n' - n), n the normal at rest and n' that of the state; others
+// are left out.
 struct CalibrationSpec {
   struct Parameter {
     bool asked = false;

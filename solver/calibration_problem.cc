@@ -160,6 +160,16 @@ double RobustWeight(double squared_norm) {
 
 }  // namespace
 
+bool IsDrivenByLoads(const Scene& scene) {
+  constexpr double kZeros[8] = {};
+  for (const SupportSpec& support : scene.supports) {
+    for (const SceneValue& value : support.displacement.component) {
+      if (!value.expression.IsConstant() || value.expression.Evaluate(kZeros) != 0.0) return false;
+    }
+  }
+  return !scene.loads.empty() && scene.fingers.empty() && FindGas(scene) == nullptr;
+}
+
 CalibrationProblem::CalibrationProblem(const CalibrationSpec& spec,
                                        int num_threads,
                                        std::vector<std::unique_ptr<StateModel>>* models)

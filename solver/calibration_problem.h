@@ -18,6 +18,9 @@
 
 namespace darboux {
 
+// Nothing but loads moves the shell: displacements depend on loads / Young's modulus alone.
+bool IsDrivenByLoads(const Scene& scene);
+
 // The outer least-squares problem of Calibrate: its unknowns, their units, residuals and Jacobians.
 // Inside of the solver.
 //

@@ -609,15 +609,38 @@ void Report(const Trial& trial,
   summary->inliers = MakeDistanceStatistics(inliers);
 }
 
-// Displacement of the middle surface at a foot.
-Vector3d DisplacementAt(const ShellFace& face, const ElementPoint& at) {
-  const Eigen::VectorXd weights = face.surface().ValueWeights(at);
-  const std::vector<int>& vertices = face.surface().control_vertices(at.element);
-  Vector3d u = Vector3d::Zero();
+// Where a point of the middle surface was at rest, and where it is.
+std::array<Vector3d, 2> RestAndNow(const ShellSurface& surface,
+                                   const StrainPoint& point,
+                                   int element,
+                                   const Eigen::Matrix3Xd& displacements) {
+  std::array<Vector3d, 2> x = {point.position, point.position};
+  const std::vector<int>& vertices = surface.control_vertices(element);
   for (size_t i = 0; i < vertices.size(); ++i) {
-    u += weights[static_cast<int>(i)] * face.displacements().col(vertices[i]);
+    x[1] += point.weights(kRowValue, static_cast<int>(i)) * displacements.col(vertices[i]);
   }
-  return u;
+  return x;
+}
+
+// min over g  sum w |now - g rest|^2, by Kabsch.
+RigidPose RigidMotionOf(const std::vector<std::array<Vector3d, 2>>& points,
+                        const std::vector<double>& weights) {
+  std::array<Vector3d, 2> center = {Vector3d::Zero(), Vector3d::Zero()};
+  double sum = 0.0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    for (size_t k = 0; k < 2; ++k) center[k] += weights[i] * points[i][k];
+    sum += weights[i];
+  }
+  for (Vector3d& c : center) c /= sum;
+  Matrix3d covariance = Matrix3d::Zero();
+  for (size_t i = 0; i < points.size(); ++i) {
+    covariance += weights[i] * (points[i][1] - center[1]) * (points[i][0] - center[0]).transpose();
+  }
+  const Eigen::JacobiSVD<Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Matrix3d u = svd.matrixU();
+  if ((u * svd.matrixV().transpose()).determinant() < 0.0) u.col(2) = -u.col(2);
+  const Matrix3d rotation = u * svd.matrixV().transpose();
+  return {Quaterniond(rotation), center[1] - rotation * center[0]};
 }
 
 std::string Join(const std::vector<std::string>& words) {
@@ -703,6 +726,44 @@ double RobustSigma(const std::vector<double>& distances) {
   return sigma;
 }
 
+Deformation::Deformation(const ShellSurface& surface, const Eigen::Matrix3Xd& displacements)
+    : surface_(surface), displacements_(displacements) {
+  if (displacements.isZero(0.0)) return;
+  std::vector<std::array<Vector3d, 2>> points;
+  std::vector<double> areas, weights, left;
+  for (int e = 0; e < surface.num_elements(); ++e) {
+    const StrainPoint point = surface.MakePoint({e, 1.0 / 3.0, 1.0 / 3.0}, 0.5);
+    points.push_back(RestAndNow(surface, point, e, displacements));
+    areas.push_back(point.area);
+  }
+  // By iteratively reweighted least squares; |x| is rounded off to sqrt(x^2 + rounding^2), with
+  // less and less of it: from the start the mean decides, in the end the median.
+  constexpr double kExact = 1e-9;  // of the largest of what the mean leaves
+  constexpr double kLess = 0.5;
+  constexpr int kIterations = 60;
+  weights = areas;
+  double rounding = 0.0, least = 0.0;
+  for (int i = 0; i <= kIterations; ++i) {
+    motion_ = RigidMotionOf(points, weights);
+    left.clear();
+    for (const auto& [rest, now] : points) left.push_back((now - motion_ * rest).norm());
+    if (i == 0) {
+      rounding = *std::max_element(left.begin(), left.end());
+      least = kExact * rounding;
+      // Nothing but rounding is left of a rigid motion.
+      if (rounding <= 1e-14 * surface.size()) break;
+    }
+    rounding = std::max(kLess * rounding, least);
+    for (size_t k = 0; k < left.size(); ++k) weights[k] = areas[k] / std::hypot(left[k], rounding);
+  }
+  for (const ElementPoint& at : surface.vertex_points()) largest_ = std::max(largest_, At(at));
+}
+
+double Deformation::At(const ElementPoint& at) const {
+  const auto [rest, now] = RestAndNow(surface_, surface_.MakePoint(at), at.element, displacements_);
+  return (now - motion_ * rest).norm();
+}
+
 bool RegistrationOptions::IsValid(std::string* error) const {
   const auto fail = [error](const char* name, double found, const char* allowed) {
     char text[160];
@@ -785,24 +846,21 @@ bool Register(const ShellFace& face,
   aligner.Align(coarse, {}, Motions(6, 0), &trial);
   std::vector<double> weights;
   if (options.method == RegistrationOptions::Method::kUndeformedFirst) {
-    double largest = 0.0;
-    for (const ElementPoint& at : face.surface().vertex_points()) {
-      largest = std::max(largest, DisplacementAt(face, at).norm());
-    }
+    const Deformation deformation(face.surface(), face.displacements());
     weights.assign(points.size(), 1.0);
     summary->num_undeformed = static_cast<int>(points.size());
-    if (largest > 0.0) {
+    if (deformation.largest() > 0.0) {
       summary->num_undeformed = 0;
       for (size_t i = 0; i < points.size(); ++i) {
-        const double moved = DisplacementAt(face, trial.feet[i].at).norm();
-        weights[i] = moved <= options.undeformed_part * largest ? 1.0 : 0.0;
+        const double moved = deformation.At(trial.feet[i].at);
+        weights[i] = moved <= options.undeformed_part * deformation.largest() ? 1.0 : 0.0;
         summary->num_undeformed += weights[i] > 0.0 ? 1 : 0;
       }
     }
     if (summary->num_undeformed < kFewestPoints) {
       Report(trial, points, {}, options, summary);
       return refuse(
-          Format("only %.0f points lie where the shell moved by less than %.3g of its "
+          Format("only %.0f points lie where the shell deformed by less than %.3g of its "
                  "largest displacement; %.0f are needed",
                  summary->num_undeformed,
                  options.undeformed_part,

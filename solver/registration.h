@@ -9,6 +9,7 @@
 
 #include "geometry/rigid_pose.h"
 #include "geometry/shell_face.h"
+#include "geometry/shell_surface.h"
 
 namespace darboux {
 
@@ -35,15 +36,42 @@ double EstimateNoise(const std::vector<Eigen::Vector3d>& points,
 // Robust standard deviation of distances: of those within three of it.
 double RobustSigma(const std::vector<double>& distances);
 
+// What of the displacements delta is deformation: they are what is left of them after the rigid
+// motion g that minimises
+//
+//   integral over the middle surface  |sigma + delta - g sigma| dA.
+//
+// A computed state may have turned as a whole, as a body between two fingers does about their line,
+// and a scan has a frame of its own: neither says how much was deformed. Without the square, what
+// hardly deformed decides, where it is most of the surface, and a dent does not pull at it.
+class Deformation {
+ public:
+  // The surface must outlive this.
+  Deformation(const ShellSurface& surface, const Eigen::Matrix3Xd& displacements);
+
+  // |sigma + delta - g sigma| at a point.
+  double At(const ElementPoint& at) const;
+  // Of the vertices.
+  double largest() const { return largest_; }
+  const RigidPose& motion() const { return motion_; }  // g
+
+ private:
+  const ShellSurface& surface_;
+  Eigen::Matrix3Xd displacements_;
+  RigidPose motion_;
+  double largest_ = 0.0;
+};
+
 struct RegistrationOptions {
   enum class Method {
     kRobust,
-    // Footnote 11 of the paper: where the computed shape hardly moved it is aligned with the scan,
-    // and the distances of all points are taken in this pose.
+    // Footnote 11 of the paper: where the computed shape hardly deformed it is aligned with the
+    // scan, and the distances of all points are taken in this pose.
     kUndeformedFirst
   };
   Method method = Method::kRobust;
-  // kUndeformedFirst: what hardly moved has less than this part of the largest displacement.
+  // kUndeformedFirst: what hardly deformed moved by less than this part of the largest
+  // displacement, both without the motion of the whole (Deformation).
   double undeformed_part = 0.05;
   // Standard deviation along normals, in the unit of length; 0: estimated.
   double noise = 0.0;

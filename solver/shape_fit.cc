@@ -532,9 +532,7 @@ bool FitShape(ShellProblem* shell,
   const bool done = fit.Run(&state);
   shell->displacements() = state.u;
   summary->displacements = state.u;
-  for (const ElementPoint& at : shell->surface().vertex_points()) {
-    summary->max_displacement = std::max(summary->max_displacement, shell->Displacement(at).norm());
-  }
+  summary->max_displacement = Deformation(shell->surface(), state.u).largest();
   summary->pose = state.pose;
   summary->feet = state.feet;
   summary->distances = state.distances;

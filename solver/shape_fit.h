@@ -64,7 +64,7 @@ struct ShapeFitSummary {
   std::vector<Trial> trials;  // weights in the order they were tried
 
   Eigen::Matrix3Xd displacements;  // control displacements
-  double max_displacement = 0.0;   // at vertices
+  double max_displacement = 0.0;   // of the deformation (registration.h)
   RigidPose pose;                  // scan -> shell
   std::vector<ShellFace::Foot> feet;
   std::vector<double> distances;

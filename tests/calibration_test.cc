@@ -283,5 +283,16 @@ TEST(CalibrationTest, OneReadingDoesNotTellModulusAndPressureApart) {
   EXPECT_EQ(summary.correlation.size(), 0);
 }
 
+TEST(CalibrationTest, OneGraspWithGasIsNotTrustedForWhatOnlyItsShapeTells) {
+  CalibrationSpec spec = ModulusAndPressure();
+  spec.grasps.push_back(
+      Measure(Ball(3.0, 14.2, Gas(0.06)), Ball(3.0, 12.0, Gas(0.05)), 160, 0.05, 0.02));
+  for (const auto& estimate : Calibrated(spec).estimates) {
+    EXPECT_FALSE(estimate.identifiable) << estimate.verdict;
+    EXPECT_NE(estimate.verdict.find("a second grasp with a travel of"), std::string::npos)
+        << estimate.verdict;
+  }
+}
+
 }  // namespace
 }  // namespace darboux

@@ -384,6 +384,37 @@ TEST_F(DarbouxScanTest, PointsOfAFileMoveByTheirDisplacements) {
   EXPECT_THAT(Cloud("scan.csv").points, ::testing::ElementsAre(Vector3d(0, 0, 0.5)));
 }
 
+TEST_F(DarbouxScanTest, PointsOfAFileMayHaveTheFacesOfAMesh) {
+  // The sphere, moved by 50 along x, and its triangles from where it was.
+  TriangleMesh mesh;
+  std::string error;
+  ASSERT_TRUE(ReadMesh(sphere_, &mesh, &error)) << error;
+  std::ostringstream text;
+  text.precision(17);
+  text << "x,y,z,ux,uy,uz\n";
+  for (const Vector3d& x : mesh.vertices) {
+    text << x.x() << ',' << x.y() << ',' << x.z() << ",50,0,0\n";
+  }
+  const std::string field = Write("field.csv", text.str());
+  const std::vector<std::string> flags = {"--noise=0", "--motion=none", "--views=1"};
+  std::vector<std::string> points = flags, faces = flags;
+  points.insert(points.end(), {field, "--points=100000"});
+  ASSERT_EQ(Run(points), 0) << Stderr();
+  EXPECT_EQ(Cloud("scan.csv").points.size(), mesh.vertices.size());  // Nothing hides anything.
+  faces.insert(faces.end(), {field, "--faces=" + sphere_});
+  ASSERT_EQ(Run(faces), 0) << Stderr();
+  EXPECT_EQ(Truth()["options"]["faces"], "sphere.obj");
+  const std::vector<double> eye = Truth()["viewpoints"][0];
+  const Vector3d towards = (Vector3d(eye[0], eye[1], eye[2]) - Vector3d(50, 0, 0)).normalized();
+  const PointCloud scan = Cloud("scan.csv");
+  ASSERT_EQ(scan.points.size(), 500u);
+  for (const Vector3d& x : scan.points) {
+    const Vector3d outward = x - Vector3d(50, 0, 0);
+    EXPECT_NEAR(outward.norm(), 10.0, 0.3);
+    EXPECT_GT(outward.dot(towards), 0.0);  // The sphere hides its other side.
+  }
+}
+
 TEST_F(DarbouxScanTest, AProfileIsTurnedIntoTheBodyThatItBounds) {
   // A half circle from pole to pole, moved up by its displacements, in both orders.
   std::vector<std::string> lines;
@@ -525,6 +556,7 @@ TEST_F(DarbouxScanTest, BadInputIsOneLineAndWritesNothing) {
   const std::string beside = Write("beside.csv", "0,0,1\n1,0.1,0\n0,0,-1\n");
   const std::string nothing = Write("nothing.csv", "x,y,z\n");
   const std::string infinite = Write("infinite.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n");
+  const std::string three = Write("three.csv", "0,0,0\n1,0,0\n0,1,0\n");
   const std::vector<Mistake> mistakes = {
       {{sphere_, "--noise=-1"}, "--noise: found -1; allowed a length >= 0"},
       {{sphere_, "--noise=nan"}, "--noise: found nan; allowed a length >= 0"},
@@ -556,6 +588,11 @@ TEST_F(DarbouxScanTest, BadInputIsOneLineAndWritesNothing) {
       {{sphere_, "--noise=0", "--nois=1"}, "did you mean '--noise'?"},
       {{plate_, "--noise=0", "--thickness=1"}, "--thickness: found '1'; allowed with a file"},
       {{plate_, "--noise=0", "--scene=a.yaml"}, "--scene: found 'a.yaml'; allowed with a file"},
+      {{plate_, "--noise=0", "--faces=a.obj"}, "--faces: found 'a.obj'; allowed with a file"},
+      {{sphere_, "--noise=0", "--faces=" + sphere_}, "; allowed with points; "},
+      {{three, "--noise=0", "--faces=" + sphere_},
+       "sphere.obj:0: found 1280 triangles and 642 vertices; allowed a mesh with as many vertices"},
+      {{three, "--noise=0", "--faces=no.obj"}, "--faces: no.obj:0: found a file that cannot be"},
       {{inward, "--noise=0"}, "inward.off:0: found a closed mesh wound inwards; allowed"},
       {{broken, "--noise=0"}, "broken.csv:2: found 2 columns; allowed 3"},
       {{nothing, "--noise=0"}, "nothing.csv:1: found no points; allowed"},
@@ -585,7 +622,7 @@ TEST_F(DarbouxScanTest, HelpNamesEveryFlag) {
         "outlier_box", "motion",        "max_angle", "max_translation", "views",
         "views_file",  "view_distance", "grazing",   "sampling",        "state",
         "thickness",   "scene",         "format",    "normals",         "revolve",
-        "digits"}) {
+        "digits",      "faces"}) {
     EXPECT_THAT(Stdout(), HasSubstr(std::string("\n  --") + flag)) << flag;
   }
 }

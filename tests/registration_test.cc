@@ -278,6 +278,39 @@ TEST_F(RegistrationTest, UndeformedPartsAlignFirst) {
   EXPECT_GT(summary.all.max, 10.0 * summary.all.mean_abs);
 }
 
+// What a computed state did as a whole is no deformation.
+TEST_F(RegistrationTest, RigidMotionsOfTheComputedShapeDoNotCount) {
+  const RigidPose turn = RandomPose(13);
+  Matrix3Xd turned = surface_.control_points() + Dents(surface_);
+  for (int i = 0; i < turned.cols(); ++i) turned.col(i) = turn * Vector3d(turned.col(i));
+  turned -= surface_.control_points();
+  const Deformation still(surface_, Dents(surface_)), moved(surface_, turned);
+  // The dents cover a small part and do not pull at it.
+  EXPECT_LT(Error(still.motion(), {}, surface_.size()), 1e-5);
+  EXPECT_LT(Error(moved.motion(), (turn * still.motion()).Inverse(), surface_.size()), 1e-8);
+  EXPECT_NEAR(moved.largest(), still.largest(), 1e-8);
+  EXPECT_NEAR(still.largest(), 0.15, 0.02);  // The limit surface has less of it.
+  for (const ElementPoint& at : surface_.vertex_points()) {
+    EXPECT_NEAR(moved.At(at), still.At(at), 1e-8);
+  }
+  Matrix3Xd only_turned = surface_.control_points();
+  for (int i = 0; i < turned.cols(); ++i) only_turned.col(i) = turn * Vector3d(only_turned.col(i));
+  EXPECT_LT(Deformation(surface_, only_turned - surface_.control_points()).largest(), 1e-12);
+  EXPECT_EQ(Deformation(surface_, Matrix3Xd::Zero(3, turned.cols())).largest(), 0.0);
+
+  // Hence not for where the shell hardly deformed.
+  const RigidPose pose = RandomPose(14);
+  const std::vector<Vector3d> scan = Scan(face_, {}, pose);
+  RegistrationOptions options;
+  options.method = RegistrationOptions::Method::kUndeformedFirst;
+  const RegistrationSummary before = Run(scan, options);
+  face_.SetDisplacements(turned);
+  const RegistrationSummary after = Run(scan, options);
+  EXPECT_TRUE(after.matched) << after.verdict;
+  EXPECT_EQ(after.num_undeformed, before.num_undeformed);
+  EXPECT_LT(Error(turn.Inverse() * after.pose, pose, surface_.size()), 1e-9 * surface_.size());
+}
+
 // A ball turns as it likes: the scan stays as it is and only moves.
 TEST(RegistrationOfABallTest, TurnsAreNotDetermined) {
   const ShellSurface ball = Ellipsoid({1.0, 1.0, 1.0}, 10);

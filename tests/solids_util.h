@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/mesh_io.h"
 #include "geometry/point_cloud.h"
 #include "geometry/scan_simulator.h"
 #include "geometry/surface_of_revolution.h"
@@ -33,6 +34,19 @@ inline ScanSurface SolidBall(const std::string& name) {
   TriangleMesh mesh;
   std::string error;
   EXPECT_TRUE(Revolve(profile, 360, &mesh, &error)) << error;
+  return ScanSurfaceOf(std::move(mesh), {}, 0.0);
+}
+
+// The deformed outer face of the duck.
+inline ScanSurface SolidDuck(const std::string& name) {
+  TriangleMesh mesh;
+  std::string error;
+  EXPECT_TRUE(ReadMesh(DARBOUX_DATA_DIR "/duck_2562.obj", &mesh, &error)) << error;
+  const PointCloud cloud = SolidPoints(name);
+  EXPECT_EQ(cloud.points.size(), mesh.vertices.size());
+  for (size_t i = 0; i < cloud.points.size(); ++i) {
+    mesh.vertices[i] = cloud.points[i] + cloud.displacements[i];
+  }
   return ScanSurfaceOf(std::move(mesh), {}, 0.0);
 }
 

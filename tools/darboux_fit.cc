@@ -105,20 +105,6 @@ bool CheckFlags(std::string* error) {
          OneOf("face", FLAGS_face, {"outer", "inner", "middle"}, error);
 }
 
-double LargestDisplacement(const ShellSurface& surface, const Eigen::Matrix3Xd& u) {
-  double largest = 0.0;
-  for (const ElementPoint& at : surface.vertex_points()) {
-    const Eigen::VectorXd weights = surface.ValueWeights(at);
-    const std::vector<int>& vertices = surface.control_vertices(at.element);
-    Eigen::Vector3d moved = Eigen::Vector3d::Zero();
-    for (size_t i = 0; i < vertices.size(); ++i) {
-      moved += weights[static_cast<int>(i)] * u.col(vertices[i]);
-    }
-    largest = std::max(largest, moved.norm());
-  }
-  return largest;
-}
-
 int Run(int argc, char** argv) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
@@ -256,7 +242,7 @@ int Run(int argc, char** argv) {
     feet = summary.feet;
     distances = summary.distances;
     if (!distances.empty()) {
-      const double largest = LargestDisplacement(shell->surface(), displacements);
+      const double largest = Deformation(shell->surface(), displacements).largest();
       counts.assign(distances.size(), 1);
       for (const int i : summary.outliers) counts[static_cast<size_t>(i)] = 0;
       json["pose"] = ToJson(pose);

@@ -3,6 +3,7 @@
 //   darboux_scan data/tennis_ball.yaml --unit=mm --out=scan
 //   darboux_scan deformed.ply --thickness=2.5 --scene=data/tennis_ball.yaml --unit=mm --out=scan
 //   darboux_scan bunny.obj --noise=0.1 --outliers=0.02 --views=12 --points=50000 --out=scan
+//   darboux_scan field.csv --faces=rest.obj --noise=0.1 --out=scan
 //   darboux_scan data/solids/ball_4mm.csv --revolve=360 --unit=mm --digits=6 --out=scan
 //
 // Exit status: 0 written; 1 the scene's solution has not converged or was interrupted, or files
@@ -96,6 +97,10 @@ DEFINE_string(scene,
               "",
               "With a file: the scene it belongs to. Gives fingers, each moved along its direction "
               "until it touches the face, and the thickness.");
+DEFINE_string(faces,
+              "",
+              "With a file of points: a mesh whose vertices are these points, in their order, "
+              "wherever it has them itself. Gives the triangles.");
 DEFINE_int32(revolve,
              0,
              "With a .csv, .txt or .xyz file of points in the half plane y = 0, x >= 0, in order "
@@ -121,7 +126,8 @@ constexpr Tool kTool = {
     "outliers, in a frame of their own. The argument is a scene, which is solved, or a file with\n"
     "the deformed surface: a mesh (.ply, .obj, .stl, .off), or points (.csv, .txt, .xyz, or such\n"
     "files without faces; columns x y z, nx ny nz, ux uy uz: then deformed = x + u). Points\n"
-    "without faces hide nothing, those without normals never turn away from a viewpoint.\n"
+    "without faces hide nothing, those without normals never turn away from a viewpoint;\n"
+    "--faces gives them triangles.\n"
     "\n"
     "Writes into DIR, together or not at all:\n"
     "  scan.csv    (or .ply) the scan, in the scanner's frame\n"
@@ -212,6 +218,7 @@ bool OptionsFromFlags(bool is_scene, ScanOptions* options, std::string* error) {
       return none_with_scenes("thickness", "a scene has shell.thickness");
     }
     if (!FLAGS_scene.empty()) return none_with_scenes("scene", "the argument is a scene");
+    if (!FLAGS_faces.empty()) return none_with_scenes("faces", "the argument is a scene");
     if (IsGiven("revolve")) return none_with_scenes("revolve", "the argument is a scene");
   } else if (FLAGS_state != 0) {
     return FailFlag("state", "with a scene; a file has one state", error);
@@ -416,6 +423,22 @@ bool ReadSurface(const std::string& file, Target* target, std::string* error) {
     cloud = PointCloud();
     cloud.points = mesh.vertices;
   }
+  if (!FLAGS_faces.empty()) {
+    if (!mesh.triangles.empty()) {
+      return FailFlag("faces", "with points; " + file + " has faces", error);
+    }
+    if (!ReadVertices(FLAGS_faces, &mesh, &unused, error)) {
+      *error = "--faces: " + *error;
+      return false;
+    }
+    if (mesh.triangles.empty() || mesh.vertices.size() != cloud.points.size()) {
+      *error = "--faces: " + FLAGS_faces + ":0: found " + std::to_string(mesh.triangles.size()) +
+               " triangles and " + std::to_string(mesh.vertices.size()) +
+               " vertices; allowed a mesh with as many vertices as " + file + " has points, " +
+               std::to_string(cloud.points.size());
+      return false;
+    }
+  }
   if (!mesh.triangles.empty()) {
     mesh.vertices = cloud.points;
     // Vertices of no face would count for the extent.
@@ -606,7 +629,8 @@ int Run(int argc, char** argv) {
   if (FLAGS_digits > 0) RoundTo(FLAGS_digits, &scan.cloud);
 
   const std::string name = fs::path(file).filename().string();
-  const Json settings = SettingsJson(options, scan);
+  Json settings = SettingsJson(options, scan);
+  if (!FLAGS_faces.empty()) settings["faces"] = fs::path(FLAGS_faces).filename().string();
   std::vector<std::string> comment = {"synthetic scan of the outer face of " + name +
                                       ", in the scanner's frame; darboux_scan"};
   for (const auto& [key, value] : settings.items()) comment.push_back(key + ": " + value.dump());
