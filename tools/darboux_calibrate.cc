@@ -6,9 +6,7 @@
 // nothing written.
 
 #include <cstdio>
-#include <exception>
 #include <memory>
-#include <new>
 #include <string>
 #include <vector>
 
@@ -112,13 +110,5 @@ int Run(int argc, char** argv) {
 }  // namespace darboux
 
 int main(int argc, char** argv) {
-  // The project throws nothing; the libraries below it do where memory ends.
-  try {
-    return darboux::Run(argc, argv);
-  } catch (const std::bad_alloc&) {
-    darboux::PrintError("out of memory; fewer points or divisions need less");
-  } catch (const std::exception& exception) {
-    darboux::PrintError(std::string("internal error: ") + exception.what());
-  }
-  return darboux::kExitNotConverged;
+  return darboux::RunTool(darboux::kTool, darboux::Run, argc, argv);
 }

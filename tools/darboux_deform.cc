@@ -12,9 +12,7 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <exception>
 #include <memory>
-#include <new>
 #include <string>
 #include <vector>
 
@@ -190,13 +188,5 @@ int Run(int argc, char** argv) {
 }  // namespace darboux
 
 int main(int argc, char** argv) {
-  // The project throws nothing; the libraries below it do where memory ends.
-  try {
-    return darboux::Run(argc, argv);
-  } catch (const std::bad_alloc&) {
-    darboux::PrintError("out of memory; fewer divisions need less");
-  } catch (const std::exception& exception) {
-    darboux::PrintError(std::string("internal error: ") + exception.what());
-  }
-  return darboux::kExitNotConverged;
+  return darboux::RunTool(darboux::kTool, darboux::Run, argc, argv);
 }

@@ -16,11 +16,9 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <new>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -686,13 +684,5 @@ int Run(int argc, char** argv) {
 }  // namespace darboux
 
 int main(int argc, char** argv) {
-  // The project throws nothing; the libraries below it do where memory ends.
-  try {
-    return darboux::Run(argc, argv);
-  } catch (const std::bad_alloc&) {
-    darboux::PrintError("out of memory; fewer points need less");
-  } catch (const std::exception& exception) {
-    darboux::PrintError(std::string("internal error: ") + exception.what());
-  }
-  return darboux::kExitNotConverged;
+  return darboux::RunTool(darboux::kTool, darboux::Run, argc, argv);
 }

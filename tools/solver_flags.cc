@@ -7,7 +7,9 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <iterator>
+#include <new>
 #include <thread>
 
 #include "geometry/nearest_name.h"
@@ -227,6 +229,17 @@ bool ParseCommandLine(const Tool& tool,
   }
   if (FLAGS_out.empty()) return fail("--out: found no folder; allowed the name of a folder");
   return true;
+}
+
+int RunTool(const Tool& tool, int (*run)(int argc, char** argv), int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "%s: out of memory; fewer divisions or points need less\n", tool.name);
+  } catch (const std::exception& exception) {
+    std::fprintf(stderr, "%s: internal error: %s\n", tool.name, exception.what());
+  }
+  return kExitNotConverged;
 }
 
 bool ReadSceneWithFlags(const std::string& file, Scene* scene, std::string* error) {

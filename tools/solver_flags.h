@@ -40,6 +40,10 @@ struct Tool {
 bool ParseCommandLine(
     const Tool& tool, int argc, char** argv, std::vector<std::string>* arguments, int* exit_status);
 
+// A tool's main: its Run, whose exit status it returns. The project throws nothing; the libraries
+// below it do where memory ends, which is said in one line and ends with status 1.
+int RunTool(const Tool& tool, int (*run)(int argc, char** argv), int argc, char** argv);
+
 // Reads a scene, with its mesh mended where --repair is given; prints what was mended to stderr, a
 // line for each thing, unless --quiet is given. False and *error as ReadScene.
 bool ReadSceneWithFlags(const std::string& file, Scene* scene, std::string* error);
