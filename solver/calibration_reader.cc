@@ -75,7 +75,7 @@ class CalibrationParser : public YamlReader {
       return false;
     }
     int seed = static_cast<int>(spec->seed);
-    if (!OptionalInteger(map, "max_points", 10, &spec->max_points) ||
+    if (!ReadMaxPoints(map, &spec->max_points) ||
         !OptionalInteger(map, "bootstrap", 0, &spec->bootstrap) ||
         !OptionalInteger(map, "seed", 0, &seed)) {
       return false;
@@ -110,6 +110,12 @@ class CalibrationParser : public YamlReader {
     if (read < least) return Fail(*field, std::to_string(read), allowed);
     *value = read;
     return true;
+  }
+
+  bool ReadMaxPoints(const YamlMap& map, int* value) {
+    if (!OptionalInteger(map, "max_points", 0, value)) return false;
+    if (*value == 0 || *value >= 10) return true;
+    return Fail(*map.Find("max_points"), std::to_string(*value), "0 for all, or at least 10");
   }
 
   bool ReadParameters(const YamlField& field, CalibrationSpec* spec) {
