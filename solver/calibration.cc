@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <random>
 #include <sstream>
 #include <utility>
@@ -25,7 +24,6 @@ namespace {
 using Estimate = CalibrationSummary::Estimate;
 
 constexpr char kStopped[] = "stopped before there was a result: interrupted, or out of time";
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // Robust distances of a scan to the state of its scene, in sizes of the shell, before anything is
 // fitted.
 constexpr double kFarthest = 0.04;
