@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "geometry/expression.h"
+#include "geometry/grading_map.h"
 #include "geometry/parametric_surface.h"
 #include "geometry/triangle_mesh.h"
 
@@ -47,6 +48,9 @@ struct SurfaceSpec {
   std::array<int, 2> divisions{16, 16};  // cells; each cell is two triangles
   std::array<bool, 2> periodic{false, false};
   std::array<double, 2> grading{0.0, 0.0};  // -1 < g < 1, see data/README.md
+  // Instead of `grading` where not the identity: what model.accuracy has chosen.
+  std::array<GradingMap, 2> grading_maps;
+  bool divisions_given = false, grading_given = false;  // by the scene; else defaults
   SceneLocation location;
 };
 
@@ -71,7 +75,8 @@ struct ModelSpec {
   Minimizer minimizer = Minimizer::kAuto;
   Theory theory = Theory::kAuto;
   Strains strains = Strains::kKoiter;
-  int quadrature = 3;  // points per triangle: 1, 3, 6, 12
+  int quadrature = 3;             // points per triangle: 1, 3, 6, 12
+  bool quadrature_given = false;  // by the scene; else the default
   BoundaryRule boundary_rule = BoundaryRule::kIndependent;
   Unstable unstable = Unstable::kReport;
   std::optional<double> accuracy;  // target relative error of the probes

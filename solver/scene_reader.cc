@@ -251,6 +251,7 @@ bool SceneParser::ReadModel(const YamlField& field) {
     } else if (key == "unstable") {
       valid = ReadOption(entry, UnstableChoices(), &model.unstable);
     } else if (key == "quadrature") {
+      model.quadrature_given = true;
       valid = ReadInteger(entry, kQuadratureAllowed, &model.quadrature) &&
               (IsQuadrature(model.quadrature) || Fail(entry, Describe(entry), kQuadratureAllowed));
     } else {

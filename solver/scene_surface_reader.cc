@@ -360,7 +360,9 @@ bool SurfaceReader::ReadGrid(const YamlMap& map) {
         allowed);
   }
 
+  spec.divisions_given = true;
   if (const YamlField* grading = map.Find("grading")) {
+    spec.grading_given = true;
     if (!ReadNumbers(*grading,
                      2,
                      "a list of two numbers in (-1, 1), [u, v]",

@@ -99,6 +99,7 @@ std::unique_ptr<ShellSurface> MakeSurface(const Scene& scene, std::string* error
   domain.divisions = spec.divisions;
   domain.periodic = spec.periodic;
   domain.grading = spec.grading;
+  domain.maps = spec.grading_maps;
   return std::make_unique<ShellSurface>(spec.surface,
                                         domain,
                                         scene.model.boundary_rule == BoundaryRule::kSeedGhosts

@@ -415,7 +415,7 @@ TEST_F(DarbouxDeformTest, AccuracyIsReportedAndDecidesTheStatus) {
   text.replace(text.find("theory: linear"), 14, "theory: linear, accuracy: 0.001");
   EXPECT_EQ(Run({Scene("fine.yaml", text), OutFlag()}), 0) << Stderr();
   EXPECT_EQ(Summary()["accuracy"]["reached"], true);
-  EXPECT_THAT(Stdout(), HasSubstr("level    32 x 32"));
+  EXPECT_THAT(Stdout(), HasSubstr("level    12 x 12"));
   text.replace(text.find("0.001"), 5, "1.0e-14");
   EXPECT_EQ(Run({Scene("finer.yaml", text), OutFlag(), "--divisions=4,4", "--time_limit=1"}), 1);
   EXPECT_EQ(Summary()["accuracy"]["reached"], false);

@@ -868,123 +868,25 @@ expect:
 
 // ---- Accuracy -------------------------------------------------------------------------------
 
-struct Refined {
-  std::unique_ptr<ShellProblem> problem;
-  SolverSummary summary;
-  AccuracyReport report;
-};
-
-Refined Refine(const Scene& scene, AccuracyOptions options = {}, SolverOptions solver = {}) {
-  Refined refined;
-  std::string error;
-  EXPECT_TRUE(SolveToAccuracy(
-      scene, solver, options, &refined.problem, &refined.summary, &refined.report, &error))
-      << error;
-  return refined;
-}
-
-TEST(AccuracyTest, EstimateIsReachedAndBoundsTheError) {
-  Scene scene = SceneOf(kPlate);
-  scene.surface.divisions = {4, 4};
-  scene.model.accuracy = 1e-3;
-  int num_calls = 0;
-  AccuracyOptions options;
-  options.on_level = [&](const AccuracyLevel&) { ++num_calls; };
-  const Refined refined = Refine(scene, options);
-  const AccuracyReport& report = refined.report;
-  EXPECT_TRUE(report.reached);
-  ASSERT_GE(report.levels.size(), 2u);
-  EXPECT_EQ(num_calls, static_cast<int>(report.levels.size()));
-  EXPECT_FALSE(report.levels[0].estimate.has_value());
-  EXPECT_LE(*report.estimate, 1e-3);
-  EXPECT_EQ(report.estimate, report.levels.back().estimate);
-  for (size_t i = 0; i < report.levels.size(); ++i) {
-    EXPECT_EQ(report.levels[i].divisions[0], 4 << i);
-  }
-  EXPECT_EQ(refined.problem->scene().surface.divisions, report.levels.back().divisions);
-  EXPECT_EQ(refined.summary.dof, report.levels.back().dof);
-  EXPECT_TRUE(refined.summary.IsConverged());
-
-  scene.model.accuracy.reset();
-  scene.surface.divisions = {64, 64};
-  const Solved fine = SolveScene(scene);
-  for (size_t i = 0; i < fine.summary.probes.size(); ++i) {
-    const Eigen::Vector3d& exact = fine.summary.probes[i].displacement;
-    EXPECT_LE((refined.summary.probes[i].displacement - exact).norm() / exact.norm(),
-              *report.estimate);
-  }
-}
-
-TEST(AccuracyTest, UnreachableAccuracyEndsAtTheDofLimitAndStaysConverged) {
-  Scene scene = SceneOf(kPlate);
-  scene.surface.divisions = {4, 4};
-  scene.model.accuracy = 1e-14;
-  AccuracyOptions options;
-  options.max_dof = 1500;
-  const Refined refined = Refine(scene, options);
-  EXPECT_FALSE(refined.report.reached);
-  EXPECT_TRUE(refined.summary.IsConverged());
-  EXPECT_EQ(refined.report.levels.size(), 3u);
-  EXPECT_THAT(refined.report.message, HasSubstr("not reached"));
-  EXPECT_THAT(refined.report.message, HasSubstr("1500 dof"));
-}
-
-TEST(AccuracyTest, NextLevelThatDoesNotFitIntoTheTimeIsNotBegun) {
-  Scene scene = SceneOf(kPlate);
-  scene.model.accuracy = 1e-14;
-  SolverOptions solver;
-  solver.time_limit_s = 1e-3;
-  solver.gradient_tolerance = 1e-3;
-  const Refined refined = Refine(scene, {}, solver);
-  EXPECT_EQ(refined.report.levels.size(), 1u);
-  EXPECT_FALSE(refined.report.reached);
-  EXPECT_FALSE(refined.report.estimate.has_value());
-}
-
-TEST(AccuracyTest, WithoutProbesDisplacementAndEnergyDecide) {
-  Scene scene = SceneOf(kPlate);
-  scene.probes.clear();
-  scene.surface.divisions = {8, 8};
-  scene.model.accuracy = 0.01;
-  const Refined refined = Refine(scene);
-  EXPECT_TRUE(refined.report.reached);
-  EXPECT_GT(*refined.report.estimate, 0.0);
-}
-
-TEST(AccuracyTest, NothingThatMovesHasNoError) {
-  Scene scene = SceneOf(kPlate);
-  scene.loads.clear();
-  scene.surface.divisions = {2, 2};
-  scene.model.accuracy = 0.01;
-  const Refined refined = Refine(scene);
-  EXPECT_TRUE(refined.report.reached);
-  EXPECT_EQ(*refined.report.estimate, 0.0);
-}
-
-TEST(AccuracyTest, HeldProbeIsMeasuredAgainstTheLargestDisplacement) {
-  Scene scene = SceneOf(kPlate);
-  ProbeSpec held = scene.probes[0];
-  held.name = "held";
-  held.at.uv = {0.0, 50.0};
-  scene.probes.push_back(held);
-  scene.model.accuracy = 0.01;
-  EXPECT_TRUE(Refine(scene).report.reached);
-}
-
 TEST_F(ResultsTest, SummaryReportsTheAccuracy) {
   Scene scene = SceneOf(kPlate);
   scene.model.accuracy = 0.01;
-  const Refined refined = Refine(scene);
+  std::unique_ptr<ShellProblem> problem;
+  SolverSummary summary;
+  AccuracyReport report;
   Results results;
   std::string error;
-  ASSERT_TRUE(
-      WriteResults(Out(), *refined.problem, refined.summary, &refined.report, &results, &error));
+  ASSERT_TRUE(SolveToAccuracy(scene, {}, {}, &problem, &summary, &report, &error)) << error;
+  ASSERT_TRUE(WriteResults(Out(), *problem, summary, &report, &results, &error)) << error;
   const Json json = Json::parse(ReadFile(fs::path(Out()) / "summary.json"))["accuracy"];
   EXPECT_EQ(json["target"], 0.01);
   EXPECT_LE(json["estimate"].get<double>(), 0.01);
+  EXPECT_LE(json["discretisation"].get<double>(), json["estimate"].get<double>());
+  EXPECT_GE(json["solver"].get<double>(), 0.0);
+  EXPECT_GT(json["theory"].get<double>(), 0.0);
   EXPECT_EQ(json["reached"], true);
   ASSERT_EQ(json["levels"].size(), 2u);
-  EXPECT_EQ(json["levels"][1]["divisions"], Json({32, 32}));
+  EXPECT_EQ(json["levels"][1]["divisions"], Json(report.levels[1].divisions));
   EXPECT_TRUE(json["levels"][0]["estimate"].is_null());
   EXPECT_GT(json["levels"][1]["seconds"].get<double>(), 0.0);
   EXPECT_GT(json["levels"][1]["dof"].get<int>(), json["levels"][0]["dof"].get<int>());
