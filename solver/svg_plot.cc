@@ -201,7 +201,7 @@ std::string DrawPanel(const SvgPanel& panel, double left, const std::vector<std:
   for (const SvgLevel& level : panel.levels) {
     if (!y.Holds(level.y)) continue;
     svg += Line(x0, y(level.y), x1, y(level.y), "stroke=\"#888888\" stroke-dasharray=\"5 3\"");
-    svg += Text(x1 - 4.0, y(level.y) - 3.0, level.label, "end", " fill=\"#555555\"");
+    svg += Text(x0 + 4.0, y(level.y) - 3.0, level.label, "start", " fill=\"#555555\"");
   }
   svg += "<rect x=\"" + Number(x0) + "\" y=\"" + Number(y1) + "\" width=\"" + Number(x1 - x0) +
          "\" height=\"" + Number(y0 - y1) + "\" fill=\"none\" stroke=\"#333333\"/>\n";
