@@ -126,4 +126,11 @@ void SmoothOnSphere(int iterations, TriangleMesh* mesh) {
   }
 }
 
+TriangleMesh MakeSmoothIcosphere(double radius, int frequency) {
+  constexpr int kSmoothings = 10;
+  TriangleMesh mesh = MakeIcosphere(radius, frequency);
+  SmoothOnSphere(kSmoothings, &mesh);
+  return mesh;
+}
+
 }  // namespace darboux

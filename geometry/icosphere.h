@@ -33,6 +33,9 @@ TriangleMesh MakeIcosphere(double radius, int frequency);
 // at the price of edges that differ by the factor 1.5. The mesh keeps its symmetries.
 void SmoothOnSphere(int iterations, TriangleMesh* mesh);
 
+// MakeIcosphere, smoothed ten times: the surface of kind icosphere of a scene.
+TriangleMesh MakeSmoothIcosphere(double radius, int frequency);
+
 // Numbers of triangles beyond it would not fit an int.
 constexpr int kMaxIcosphereFrequency = 10000;
 

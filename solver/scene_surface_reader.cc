@@ -286,9 +286,7 @@ bool SurfaceReader::ReadIcosphere(const YamlMap& map, TriangleMesh* mesh) {
     return false;
   }
   if (frequency < 1 || frequency > kMaxFrequency) return Fail(field, Describe(field), allowed);
-  *mesh = MakeIcosphere(radius, frequency);
-  constexpr int kSmoothings = 10;
-  SmoothOnSphere(kSmoothings, mesh);
+  *mesh = MakeSmoothIcosphere(radius, frequency);
   return true;
 }
 
