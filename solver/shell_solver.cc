@@ -182,6 +182,14 @@ void FindExtremes(const ShellProblem& problem, int num_threads, SolverSummary* s
   summary->max_membrane_strain = *std::max_element(largest_strain.begin(), largest_strain.end());
   summary->max_rotation = *std::max_element(largest_rotation.begin(), largest_rotation.end());
 
+  constexpr double kFar = 1.0;  // rad
+  if (!problem.nonlinear() && summary->max_rotation > kFar) {
+    std::ostringstream line;
+    line << "beyond the linear theory: it takes rotations for small, here they reach "
+         << summary->max_rotation << " rad; its answer is proportional to the loads, no more";
+    summary->decisions.push_back(line.str());
+  }
+
   // A strip of St. Venant-Kirchhoff material of l times its length resists with E h l (1 - l^2) /
   // 2: most at l = 1/sqrt(3), Green strain -1/3, less beyond, not at all at l = 0, Green strain
   // -1/2.
