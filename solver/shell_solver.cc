@@ -209,6 +209,19 @@ void FindExtremes(const ShellProblem& problem, int num_threads, SolverSummary* s
   }
 }
 
+// A finger begins to push when it reaches the contact points beside the place it touches first.
+void NoteGaps(SolverSummary* summary) {
+  constexpr double kNoticed = 0.01;  // of the travel
+  for (const FingerReport& finger : summary->steps.back().fingers) {
+    if (finger.gap <= kNoticed * std::abs(finger.travel)) continue;
+    std::ostringstream line;
+    line << "finger " << finger.name << ": the contact points nearest to where it touches lie "
+         << finger.gap << " off its way, of a travel of " << finger.travel
+         << "; finer elements bring them nearer";
+    summary->decisions.push_back(line.str());
+  }
+}
+
 void Finish(ShellProblem* problem,
             const SolverOptions& options,
             const Equilibrium& equilibrium,
@@ -594,6 +607,10 @@ bool Solve(const Scene& scene,
       converged = result.converged;
       equilibrium = result.equilibrium;
       message = result.message;
+      if (converged && step == scene.steps && nonlinear->grasp() != nullptr) {
+        message = nonlinear->grasp()->FaultAtTheEnd();
+        converged = message.empty();
+      }
       RecordStep(nonlinear,
                  nonlinear->load_factor(),
                  result.iterations + (step == 1 ? linear_iterations + inflation_iterations : 0),
@@ -617,6 +634,7 @@ bool Solve(const Scene& scene,
     }
   }
   summary->solve_s += Since(start) - solve_start;
+  NoteGaps(summary);
   terminate(converged, message);
   Finish(nonlinear, options, equilibrium, summary);
   return true;
