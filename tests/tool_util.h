@@ -107,6 +107,7 @@ class ToolTest : public ::testing::Test {
       names.insert("shell_" + std::string(number.size() < 4 ? 4 - number.size() : 0, '0') + number +
                    ".vtu");
     }
+    if (!Summary()["fingers"].empty()) names.insert("contact.csv");
     EXPECT_EQ(FilesIn(Out()), names);
     for (const std::string& name : names) {
       const std::string text = ReadFile(Out() / name);
