@@ -59,6 +59,7 @@ struct ShellSpec {
   double young_modulus = 0.0;
   double poisson_ratio = 0.0;
   double density = 0.0;  // mass per volume; gravity only
+  SceneLocation location;
 };
 
 enum class Minimizer { kAuto, kMip, kCeres, kCg };

@@ -210,6 +210,7 @@ bool SceneParser::ReadRoot(const YamlField& root) {
 
 bool SceneParser::ReadShell(const YamlField& field) {
   ShellSpec& shell = scene_.shell;
+  shell.location = Location(field);
   YamlMap map;
   if (!OpenMap(field, "a map with thickness, young_modulus, poisson_ratio", &map) ||
       !CheckKeys(map, {"thickness", "young_modulus", "poisson_ratio", "density"}) ||

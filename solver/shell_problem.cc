@@ -20,6 +20,7 @@
 #include "costs/strain_derivatives.h"
 #include "costs/support.h"
 #include "geometry/quadrature.h"
+#include "solver/magnitudes.h"
 #include "solver/parallel_for.h"
 
 namespace darboux {
@@ -209,6 +210,12 @@ std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
       new ShellProblem(scene, material, options, std::move(surface)));
   problem->dead_loads_ = AssembleDeadLoads(
       scene, *problem->surface_, options.nonlinear, problem->frame_, options.num_threads);
+  const double size = problem->frame_.length;
+  Magnitudes magnitudes{size, problem->force_unit_, problem->dead_loads_.rigid_scale};
+  if (const LoadSpec* const gas = FindGas(scene)) {
+    magnitudes.loads += (std::abs(gas->gauge_pressure) + gas->ambient_pressure) * size * size;
+  }
+  if (!CheckMagnitudes(scene, magnitudes, error)) return nullptr;
   problem->dead_loads_.force /= problem->force_unit_;
   SupportConditions supports;
   if (!MakeSupportConditions(scene,

@@ -182,6 +182,14 @@ void FindExtremes(const ShellProblem& problem, int num_threads, SolverSummary* s
   summary->max_membrane_strain = *std::max_element(largest_strain.begin(), largest_strain.end());
   summary->max_rotation = *std::max_element(largest_rotation.begin(), largest_rotation.end());
 
+  constexpr double kFar = 1.0;  // rad
+  if (!problem.nonlinear() && summary->max_rotation > kFar) {
+    std::ostringstream line;
+    line << "beyond the linear theory: it takes rotations for small, here they reach "
+         << summary->max_rotation << " rad; its answer is proportional to the loads, no more";
+    summary->decisions.push_back(line.str());
+  }
+
   // A strip of St. Venant-Kirchhoff material of l times its length resists with E h l (1 - l^2) /
   // 2: most at l = 1/sqrt(3), Green strain -1/3, less beyond, not at all at l = 0, Green strain
   // -1/2.
@@ -197,6 +205,19 @@ void FindExtremes(const ShellProblem& problem, int num_threads, SolverSummary* s
          << ") at rest; past -1/3 the St. Venant-Kirchhoff material gives way (-1/2: no length is"
             " left) and is no model; spread a force over about a thickness or take coarser cells"
             " under it";
+    summary->decisions.push_back(line.str());
+  }
+}
+
+// A finger begins to push when it reaches the contact points beside the place it touches first.
+void NoteGaps(SolverSummary* summary) {
+  constexpr double kNoticed = 0.01;  // of the travel
+  for (const FingerReport& finger : summary->steps.back().fingers) {
+    if (finger.gap <= kNoticed * std::abs(finger.travel)) continue;
+    std::ostringstream line;
+    line << "finger " << finger.name << ": the contact points nearest to where it touches lie "
+         << finger.gap << " off its way, of a travel of " << finger.travel
+         << "; finer elements bring them nearer";
     summary->decisions.push_back(line.str());
   }
 }
@@ -586,6 +607,10 @@ bool Solve(const Scene& scene,
       converged = result.converged;
       equilibrium = result.equilibrium;
       message = result.message;
+      if (converged && step == scene.steps && nonlinear->grasp() != nullptr) {
+        message = nonlinear->grasp()->FaultAtTheEnd();
+        converged = message.empty();
+      }
       RecordStep(nonlinear,
                  nonlinear->load_factor(),
                  result.iterations + (step == 1 ? linear_iterations + inflation_iterations : 0),
@@ -609,6 +634,7 @@ bool Solve(const Scene& scene,
     }
   }
   summary->solve_s += Since(start) - solve_start;
+  NoteGaps(summary);
   terminate(converged, message);
   Finish(nonlinear, options, equilibrium, summary);
   return true;
