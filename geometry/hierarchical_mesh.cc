@@ -520,44 +520,47 @@ Eigen::Vector3d HierarchicalMesh::LimitPoint(int level, int vertex) const {
   return x;
 }
 
-MeshRefinement HierarchicalMesh::RefineNear(const Eigen::Vector3d& center,
-                                            double radius,
+MeshRefinement HierarchicalMesh::RefineNear(const std::vector<Ball>& balls,
                                             int level,
-                                            double* distance) const {
+                                            std::vector<double>* beyond) const {
   Numbers more(levels_.size());
-  double least = std::numeric_limits<double>::infinity();
-  int nearest = -1;
-  std::vector<int> within;
-  if (level < num_levels()) {
-    const Level& here = levels_[level];
-    std::vector<Eigen::Vector3d> limit(here.vertices.size());
-    std::vector<char> known(here.vertices.size(), 0);
-    for (size_t t = 0; t < here.triangles.size(); ++t) {
-      if (!here.triangles[t].is_domain) continue;
-      std::array<Eigen::Vector3d, 3> x;
-      for (int k = 0; k < 3; ++k) {
-        const int v = here.triangles[t].corners[k];
-        if (!known[v]) limit[v] = LimitPoint(level, v);
-        known[v] = 1;
-        x[k] = limit[v];
-      }
-      const double d = DistanceToTriangle(center, x);
-      if (d < least) {
-        least = d;
-        nearest = static_cast<int>(t);
-      }
-      if (d <= radius) within.push_back(static_cast<int>(t));
+  if (beyond != nullptr) beyond->assign(balls.size(), std::numeric_limits<double>::infinity());
+  if (level >= num_levels()) return Merged({});
+  const Level& here = levels_[level];
+  std::vector<Eigen::Vector3d> limit(here.vertices.size());
+  std::vector<char> known(here.vertices.size(), 0), marked(here.vertices.size(), 0);
+  std::vector<double> least(balls.size(), std::numeric_limits<double>::infinity());
+  std::vector<int> nearest(balls.size(), -1);
+  const auto mark = [&](int triangle) {
+    for (const int corner : here.triangles[triangle].corners) marked[corner] = 1;
+  };
+  for (size_t t = 0; t < here.triangles.size(); ++t) {
+    if (!here.triangles[t].is_domain) continue;
+    std::array<Eigen::Vector3d, 3> x;
+    for (int k = 0; k < 3; ++k) {
+      const int v = here.triangles[t].corners[k];
+      if (!known[v]) limit[v] = LimitPoint(level, v);
+      known[v] = 1;
+      x[k] = limit[v];
     }
-    if (within.empty() && nearest >= 0) within.push_back(nearest);
-    std::vector<char> done(here.vertices.size(), 0);
-    for (const int t : within) {
-      for (const int corner : here.triangles[t].corners) {
-        if (!done[corner]) AddSupport(level, corner, &more);
-        done[corner] = 1;
-      }
+    for (size_t i = 0; i < balls.size(); ++i) {
+      const double distance = DistanceToTriangle(balls[i].center, x);
+      if (distance <= balls[i].radius) mark(static_cast<int>(t));
+      if (!(distance < least[i])) continue;
+      least[i] = distance;
+      nearest[i] = static_cast<int>(t);
+      if (beyond == nullptr) continue;
+      double longest = 0.0;
+      for (int k = 0; k < 3; ++k) longest = std::max(longest, (x[k] - x[(k + 1) % 3]).norm());
+      (*beyond)[i] = distance - balls[i].radius - longest;
     }
   }
-  if (distance != nullptr) *distance = least;
+  for (const int t : nearest) {
+    if (t >= 0) mark(t);
+  }
+  for (size_t v = 0; v < marked.size(); ++v) {
+    if (marked[v]) AddSupport(level, static_cast<int>(v), &more);
+  }
   return Merged(std::move(more));
 }
 

@@ -85,13 +85,17 @@ class HierarchicalMesh {
   // their own level), which makes them give way to unknowns of the next level.
   MeshRefinement RefineElements(const std::vector<int>& elements) const;
   MeshRefinement RefineSupports(const std::vector<int>& unknowns) const;
-  // The supports of all vertices at corners of triangles of level `level` whose plane triangle
-  // through limit points has a point within `radius` of `center`; without one, those of the
-  // nearest. *distance (may be null) is that of the nearest.
-  MeshRefinement RefineNear(const Eigen::Vector3d& center,
-                            double radius,
+  // The supports of all vertices at corners of triangles of level `level` that have a point within
+  // a ball (as plane triangles through limit points), for each ball of the nearest triangle at
+  // least. *beyond (may be null): of each ball the distance by which the nearest triangle lies
+  // farther from its surface than that triangle's longest edge; infinite without triangles.
+  struct Ball {
+    Eigen::Vector3d center;
+    double radius = 0.0;
+  };
+  MeshRefinement RefineNear(const std::vector<Ball>& balls,
                             int level,
-                            double* distance) const;
+                            std::vector<double>* beyond) const;
 
   // A column per vertex of mesh() -> the same field on a finer mesh (finer.refinement() contains
   // this one, same base), a column per vertex of its mesh(): exact, as the spaces are nested. Zero

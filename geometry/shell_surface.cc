@@ -406,7 +406,11 @@ ElementPoint ShellSurface::ClosestPointOnMesh(const Eigen::Vector3d& x) const {
     // The middle of the control triangle will do.
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
     for (const int vertex : mesh().triangles[e]) middle += loop_.points.col(vertex) / 3.0;
-    order.push_back({(middle - x).squaredNorm(), e});
+    double distance = (middle - x).norm();
+    if (!loop_.hanging.empty()) {  // Larger elements reach farther.
+      distance -= (loop_.points.col(mesh().triangles[e][0]) - middle).norm();
+    }
+    order.push_back({distance, e});
   }
   const size_t count = std::min<size_t>(order.size(), kCandidates);
   std::partial_sort(order.begin(), order.begin() + count, order.end());

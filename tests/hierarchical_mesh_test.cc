@@ -71,7 +71,8 @@ std::unique_ptr<HierarchicalMesh> Refined(const LoopMesh& base,
   for (int l = 0; l < levels; ++l) {
     // Narrower from level to level: leaves of all levels.
     const double narrower = radius * std::pow(0.5, l);
-    mesh = std::make_unique<HierarchicalMesh>(base, mesh->RefineNear(center, narrower, l, nullptr));
+    mesh = std::make_unique<HierarchicalMesh>(base,
+                                              mesh->RefineNear({{center, narrower}}, l, nullptr));
   }
   return mesh;
 }
@@ -375,7 +376,8 @@ TEST(HierarchicalMesh, RefinedEverywhereItIsTheSubdivision) {
   const TriangleMesh sphere = MakeIcosphere(1.0, 3);
   const LoopMesh base = MakeLoopMesh(sphere), uniform = MakeLoopMesh(SubdivideLoop(sphere));
   HierarchicalMesh mesh(base, MeshRefinement());
-  const HierarchicalMesh refined(base, mesh.RefineNear({0.0, 0.0, 0.0}, 10.0, 0, nullptr));
+  const HierarchicalMesh refined(base,
+                                 mesh.RefineNear({{Eigen::Vector3d::Zero(), 10.0}}, 0, nullptr));
   const LoopMesh& fine = refined.mesh();
   ASSERT_EQ(fine.mesh.num_elements, uniform.mesh.num_elements);
   ASSERT_EQ(fine.mesh.num_vertices, uniform.mesh.num_vertices);
