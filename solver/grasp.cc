@@ -222,7 +222,8 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
       const double size = ElementSize(near.element);
       constexpr int kParts = 12;
       for (int e = 0; e < surface.num_elements(); ++e) {
-        if ((Position({e, 1.0 / 3.0, 1.0 / 3.0}) - x).norm() > 1.5 * size) continue;
+        const double larger = std::max(size, ElementSize(e));
+        if ((Position({e, 1.0 / 3.0, 1.0 / 3.0}) - x).norm() > 1.5 * larger) continue;
         for (int j = 0; j <= kParts; ++j) {
           for (int i = 0; i + j <= kParts; ++i) {
             places.push_back({e, i / (1.0 * kParts), j / (1.0 * kParts)});

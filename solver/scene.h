@@ -9,6 +9,7 @@
 
 #include "geometry/expression.h"
 #include "geometry/grading_map.h"
+#include "geometry/hierarchical_mesh.h"
 #include "geometry/parametric_surface.h"
 #include "geometry/triangle_mesh.h"
 
@@ -34,13 +35,25 @@ struct SceneVector {
   std::array<SceneValue, 3> component;
 };
 
+// surface.refine_near: what lies within `radius` of `center` is refined `levels` times.
+struct RefineNearSpec {
+  std::array<double, 3> center{};
+  double radius = 0.0;
+  int levels = 1;
+  SceneLocation location;
+};
+
 struct SurfaceSpec {
   std::string kind;                                  // plane, cylinder, ...
   std::shared_ptr<const ParametricSurface> surface;  // null for kinds that are meshes
   // mesh, icosphere, implicit: control points of a Loop surface, or points that it passes through.
   std::shared_ptr<const TriangleMesh> mesh;
   bool interpolate = false;
-  bool is_open = true;              // has a boundary; meshes only
+  bool is_open = true;  // has a boundary; meshes only
+  // Refined locally (geometry/hierarchical_mesh.h), which leaves the rest surface as it is:
+  // triangles of `mesh` and their children by their numbers, null: none; and those near points.
+  std::shared_ptr<const MeshRefinement> refinement;
+  std::vector<RefineNearSpec> refine_near;
   std::vector<std::string> mended;  // what ReadOptions::repair did to the mesh, one line each
   // The others are for parametric kinds only.
   std::array<double, 2> u_range{0.0, 1.0};

@@ -21,6 +21,7 @@
 #include "costs/support.h"
 #include "geometry/quadrature.h"
 #include "solver/magnitudes.h"
+#include "solver/mesh_surface.h"
 #include "solver/parallel_for.h"
 
 namespace darboux {
@@ -77,23 +78,7 @@ Eigen::Matrix<double, 3, 2> PlaneBasis(const Eigen::Vector3d& n) {
 // Null and *error where a mesh has no smooth Loop surface.
 std::unique_ptr<ShellSurface> MakeSurface(const Scene& scene, std::string* error) {
   const SurfaceSpec& spec = scene.surface;
-  if (spec.mesh != nullptr) {
-    LoopMesh mesh = MakeLoopMesh(*spec.mesh);
-    const auto fail = [&](const std::string& problem) {
-      const SceneLocation& at = spec.location;
-      *error = at.file + ":" + std::to_string(at.line) + ": " + at.key + ": " + problem;
-      return nullptr;
-    };
-    if (spec.interpolate && !InterpolatePoints(&mesh)) {
-      return fail("found points that no Loop surface passes through; allowed fit: control");
-    }
-    const int vertex = FindSingularVertex(mesh);
-    if (vertex >= 0) {
-      return fail("found no tangent plane of the Loop surface at vertex " + std::to_string(vertex) +
-                  "; allowed a mesh without cusps and needles");
-    }
-    return std::make_unique<ShellSurface>(std::move(mesh));
-  }
+  if (spec.mesh != nullptr) return MakeMeshSurface(spec, error);
   ParameterDomain::Options domain;
   domain.u_range = spec.u_range;
   domain.v_range = spec.v_range;

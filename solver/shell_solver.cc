@@ -14,6 +14,7 @@
 
 #include "solver/gas_start.h"
 #include "solver/load_stepping.h"
+#include "solver/mesh_surface.h"
 #include "solver/minimisation.h"
 #include "solver/parallel_for.h"
 #include "solver/path_following.h"
@@ -291,9 +292,15 @@ bool FitsIntoMemory(const Scene& scene, std::string* error) {
   // Measured 20 kB per dof at 1e5 dof (tests/linear_solve_benchmark.cc); the factor's share grows.
   constexpr double kBytesPerDof = 2e4;
   const SurfaceSpec& surface = scene.surface;
-  const double dof = surface.mesh != nullptr
-                         ? 3.0 * surface.mesh->vertices.size()
-                         : 3.0 * (surface.divisions[0] + 3.0) * (surface.divisions[1] + 3.0);
+  double dof = surface.mesh != nullptr
+                   ? 3.0 * surface.mesh->vertices.size()
+                   : 3.0 * (surface.divisions[0] + 3.0) * (surface.divisions[1] + 3.0);
+  if (surface.mesh != nullptr && IsRefinedLocally(surface)) {
+    // Without the solve for control points, which move what is near a point by little.
+    const auto mesh = RefineBaseMesh(surface, MakeLoopMesh(*surface.mesh), error);
+    if (mesh == nullptr) return false;
+    dof = 3.0 * mesh->mesh().mesh.num_vertices;
+  }
   const double needed = kBytesPerDof * dof;
   const double present = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGESIZE);
   if (needed <= present) return true;
