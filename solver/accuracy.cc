@@ -10,6 +10,7 @@
 #include "solver/adaptive_grading.h"
 #include "solver/error_sequence.h"
 #include "solver/goal_response.h"
+#include "solver/mesh_refinement.h"
 #include "solver/minimisation.h"
 #include "solver/theory_error.h"
 
@@ -94,8 +95,11 @@ class AccuracyLoop {
   // Moves the cells of scene_; whether it is worth solving again with as many.
   bool ImproveLattice(Answer* answer);
   void ChooseQuadrature(const Answer& answer, double estimate);
-  // scene_ with more cells. False and *why where there is no room for them.
+  // scene_ with more cells. False and *why where there is no room for them. Meshes are refined by
+  // what the problem of their last answer says.
   bool Grow(double factor, double seconds, std::string* why);
+  bool RefineMesh(const Answer& answer, double seconds, std::string* why);
+  bool HasTime(double seconds, std::string* why) const;
   std::optional<double> Total() const;
   double SolverError(Answer* answer);
   void FindMultiples();
@@ -167,7 +171,7 @@ AccuracyLoop::Outcome AccuracyLoop::FirstAnswer(Answer* answer, std::string* err
     std::string why;
     const bool interrupted = answer->summary.termination == SolverSummary::Termination::kStopped ||
                              answer->summary.termination == SolverSummary::Termination::kTimeLimit;
-    if (interrupted || tries == kFirstTries || !Grow(kUnknownGrowth, 0.0, &why)) {
+    if (interrupted || !IsLattice() || tries == kFirstTries || !Grow(kUnknownGrowth, 0.0, &why)) {
       Finish("the first level did not converge: " + answer->summary.message, answer);
       return Outcome::kDone;
     }
@@ -293,15 +297,30 @@ bool AccuracyLoop::Grow(double factor, double seconds, std::string* why) {
   cells_ = static_cast<double>(next[0]) * next[1];
   // Differences of meshes that are hardly different are no errors.
   if (cells_ < kLeastGrowth * present && !report_.levels.empty()) sequence_ = before_;
-  if (solver_options_.time_limit_s > 0.0) {
-    const double needed = seconds * std::pow(cells_ / present, kTimeOrder);
-    if (solver_options_.time_limit_s - Since(start_) < needed) {
-      *why = "the next level does not fit into the time limit";
-      return false;
-    }
-  }
+  if (!HasTime(seconds * std::pow(cells_ / present, kTimeOrder), why)) return false;
   surface.divisions = next;
   return true;
+}
+
+bool AccuracyLoop::RefineMesh(const Answer& answer, double seconds, std::string* why) {
+  MeshRefinementOptions options;
+  options.max_dof = options_.max_dof;
+  options.backend = solver_options_.backend;
+  options.num_threads = solver_options_.num_threads;
+  MeshRefinement refinement;
+  MeshRefinementReport marked;
+  if (!MarkForRefinement(answer.problem.get(), options, &refinement, &marked, why)) return false;
+  const double growth = static_cast<double>(marked.dof) / answer.summary.dof;
+  if (!HasTime(seconds * std::pow(growth, kTimeOrder), why)) return false;
+  scene_.surface.refinement = refinement;
+  return true;
+}
+
+bool AccuracyLoop::HasTime(double seconds, std::string* why) const {
+  if (!(solver_options_.time_limit_s > 0.0)) return true;
+  if (solver_options_.time_limit_s - Since(start_) >= seconds) return true;
+  *why = "the next level does not fit into the time limit";
+  return false;
 }
 
 std::optional<double> AccuracyLoop::Total() const {
@@ -355,8 +374,10 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
   SurfaceSpec& surface = scene_.surface;
   proportion_ = static_cast<double>(surface.divisions[0]) / surface.divisions[1];
   cells_ = std::min(kFirstCells, static_cast<double>(surface.divisions[0]) * surface.divisions[1]);
-  FindMultiples();
-  surface.divisions = Divisions();
+  if (IsLattice()) {
+    FindMultiples();
+    surface.divisions = Divisions();
+  }
   const bool chooses_theory = asked_theory_ == Theory::kAuto && !HasOutsideForces() &&
                               scene_.path.control == PathControl::kLoad;
   if (chooses_theory) scene_.model.theory = Theory::kLinear;
@@ -396,7 +417,7 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
     }
     AccuracyLevel level;
     const SurfaceSpec& solved = answer->problem->scene().surface;
-    level.divisions = solved.divisions;
+    if (IsLattice()) level.divisions = solved.divisions;
     level.dof = answer->summary.dof;
     level.elements = answer->summary.elements;
     level.quadrature = scene_.model.quadrature;
@@ -425,12 +446,13 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
       const double lacks = *report_.discretisation / std::max(room, 0.1 * report_.target);
       growth = std::clamp(std::pow(lacks, 1.0 / *sequence_.Order()), kLeastGrowth, kMostGrowth);
     }
-    if (report_.levels.size() == 2) {
+    if (IsLattice() && report_.levels.size() == 2) {
       ChooseQuadrature(*answer, *report_.discretisation);
     }
     std::string why;
     level_start = Clock::now();
-    if (!Grow(growth, level.seconds / level.solutions, &why)) {
+    const double seconds = level.seconds / level.solutions;
+    if (!(IsLattice() ? Grow(growth, seconds, &why) : RefineMesh(*answer, seconds, &why))) {
       Finish(why, answer);
       return true;
     }

@@ -59,7 +59,11 @@ struct AccuracyOptions {
 //               once more on every other, as long as that promises something;
 //   resolution  grows by what the estimate lacks: twice the cells while the order is not known, up
 //               to four times after that;
-//   quadrature  three points a triangle, or six where on the second lattice six move the goals by
+//   meshes      (mesh, icosphere, implicit) keep their shape, whose unknowns are refined locally
+//   where
+//               goals say so (solver/mesh_refinement.h);
+//   quadrature  of parametric surfaces: three points a triangle, or six where on the second lattice
+//   six move the goals by
 //               more than half of the estimated error.
 //
 // Ends early, and says so, where the next level has more than max_dof or does not fit into the

@@ -257,11 +257,6 @@ bool SceneParser::ReadModel(const YamlField& field) {
               (IsQuadrature(model.quadrature) || Fail(entry, Describe(entry), kQuadratureAllowed));
     } else {
       valid = ReadNumber(entry, kFraction, &model.accuracy.emplace());
-      if (valid && surface().mesh != nullptr) {
-        valid = Fail(entry,
-                     Describe(entry) + " on a mesh",
-                     "accuracy on a parametric surface only; surface.refine refines a mesh");
-      }
     }
     if (!valid) return false;
   }

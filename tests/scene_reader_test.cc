@@ -1478,10 +1478,6 @@ std::vector<Mistake> MeshMistakes() {
        "4: model.boundary_rule: found 'seed_ghosts' on a mesh; allowed independent, or a "
        "parametric "
        "surface"},
-      {"AccuracyOnAMesh",
-       OnMesh(kBall, "model: {accuracy: 0.01}\n"),
-       "4: model.accuracy: found 0.01 on a mesh; allowed accuracy on a parametric surface only; "
-       "surface.refine refines a mesh"},
       {"SideOnAClosedMesh",
        OnMesh(MeshFile("duck_642.obj"), "supports: [{on: u_min, clamped: true}]\n"),
        "4: supports[0].on: found 'u_min', which surfaces of kind mesh do not have; allowed {near: "

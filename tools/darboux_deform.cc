@@ -63,12 +63,15 @@ void PrintStep(const StepReport& report) {
 std::string FormatLevel(const AccuracyLevel& level) {
   char estimate[32] = "        -";
   if (level.estimate) std::snprintf(estimate, sizeof(estimate), "%9.2e", *level.estimate);
+  char lattice[32] = "";
+  if (level.divisions[0] > 0) {
+    std::snprintf(lattice, sizeof(lattice), "%5d x %-5d ", level.divisions[0], level.divisions[1]);
+  }
   char line[128];
   std::snprintf(line,
                 sizeof(line),
-                "%5d x %-5d %8d dof  error %s  %8.2f s",
-                level.divisions[0],
-                level.divisions[1],
+                "%s%8d dof  error %s  %8.2f s",
+                lattice,
                 level.dof,
                 estimate,
                 level.seconds);
