@@ -22,18 +22,17 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 #include <iterator>
 #include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "tests/calculix_deck.h"
+#include "tests/peer_problems.h"
 
 DEFINE_string(ccx, "ccx", "CalculiX: a name on the path or a file.");
 DEFINE_string(problems, "", "Names, joined by commas; all of them by default.");
@@ -48,296 +47,6 @@ namespace {
 namespace fs = std::filesystem;
 using Eigen::Vector3d;
 using Element = CalculixElement;
-
-constexpr double kPi = 3.14159265358979323846;
-
-// ---- Problems -------------------------------------------------------------------------------
-
-// A displacement, with what it should be.
-struct Quantity {
-  std::string probe;
-  int component;
-  int corner_s, corner_t;  // where it is on the patch
-  double kirchhoff_love, shearing;
-  std::optional<double> published;
-};
-
-struct Problem {
-  std::string name;
-  std::string note;   // where the limits come from
-  std::string scene;  // text of a scene, or the name of a file in data/
-  std::vector<std::array<int, 2>> divisions;
-  std::vector<Quantity> quantities;
-  std::vector<std::pair<Element, std::array<int, 2>>> peers;
-  std::function<CalculixMesh(Element, std::array<int, 2>)> mesh;
-  std::function<CalculixDeck(const CalculixMesh&)> deck;
-};
-
-std::vector<CalculixFix> Fixed(const CalculixMesh& mesh,
-                               std::initializer_list<std::pair<CalculixMesh::Side, int>> which) {
-  std::vector<CalculixFix> list;
-  for (const auto& [side, direction] : which) {
-    list.push_back({mesh.SideNodes(side), direction, direction});
-  }
-  return list;
-}
-
-CalculixFix Clamped(const CalculixMesh& mesh, CalculixMesh::Side side) {
-  return {mesh.SideNodes(side), 1, mesh.IsSolid() ? 3 : 6};
-}
-
-// Bricks have no rotations.
-void FixRotation(const CalculixMesh& mesh,
-                 CalculixMesh::Side side,
-                 int direction,
-                 CalculixDeck* deck) {
-  if (!mesh.IsSolid()) deck->fixed.push_back({mesh.SideNodes(side), direction, direction});
-}
-
-void Add(std::vector<CalculixFix> more, CalculixDeck* deck) {
-  deck->fixed.insert(deck->fixed.end(), more.begin(), more.end());
-}
-
-// As the key grading of a scene: equal steps of q, denser towards the upper end (g > 0), or the
-// lower one.
-double Graded(double q, double g) {
-  const double r = g > 0 ? 1 - q : q, a = std::abs(g);
-  const double d = (1 - a) * r + a * r * r;
-  return g > 0 ? 1 - d : d;
-}
-
-std::vector<std::pair<Element, std::array<int, 2>>> Peers(
-    Element element, std::initializer_list<std::array<int, 2>> sizes) {
-  std::vector<std::pair<Element, std::array<int, 2>>> list;
-  for (const std::array<int, 2>& size : sizes) list.emplace_back(element, size);
-  return list;
-}
-
-template <typename T>
-std::vector<T> Joined(std::vector<T> a, const std::vector<T>& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
-}
-
-Problem ClampedPlate() {
-  Problem problem;
-  problem.name = "clamped_plate";
-  problem.note =
-      "a quarter; Kirchhoff: Legendre-Galerkin series, 11 digits (data/clamped_plate.yaml); "
-      "shearing: bricks, extrapolated";
-  problem.scene =
-      "name: quarter-plate\n"
-      "surface: {kind: plane, u: [0, 50], v: [0, 50], divisions: [8, 8]}\n"
-      "shell: {thickness: 1, young_modulus: 1.0e7, poisson_ratio: 0.3}\nmodel: {theory: linear}\n"
-      "supports:\n  - {on: u_min, symmetry: x}\n  - {on: v_min, symmetry: y}\n"
-      "  - {on: u_max, clamped: true}\n  - {on: v_max, clamped: true}\n"
-      "loads: [{kind: normal_traction, value: 1}]\n"
-      "probes: [{name: centre, at: {uv: [0, 0]}}]\n";
-  problem.divisions = {{4, 4}, {8, 8}, {16, 16}, {32, 32}};
-  problem.quantities = {{"centre", 2, 0, 0, 0.13817284435, 0.13842, std::nullopt}};
-  problem.peers = Joined(Peers(Element::kS8R, {{2, 2}, {4, 4}, {8, 8}, {16, 16}}),
-                         Peers(Element::kC3D20R, {{2, 2}, {4, 4}, {8, 8}, {16, 16}, {32, 32}}));
-  problem.mesh = [](Element element, std::array<int, 2> cells) {
-    return CalculixMesh(element, cells, 1.0, [](double s, double t) {
-      return PatchPoint{{50 * Graded(s, 0.85), 50 * Graded(t, 0.85), 0}, Vector3d::UnitZ()};
-    });
-  };
-  problem.deck = [](const CalculixMesh& mesh) {
-    CalculixDeck deck;
-    deck.young_modulus = 1e7;
-    deck.poisson_ratio = 0.3;
-    deck.fixed = Fixed(mesh, {{CalculixMesh::kSMin, 1}, {CalculixMesh::kTMin, 2}});
-    FixRotation(mesh, CalculixMesh::kSMin, 5, &deck);
-    FixRotation(mesh, CalculixMesh::kTMin, 4, &deck);
-    Add({Clamped(mesh, CalculixMesh::kSMax), Clamped(mesh, CalculixMesh::kTMax)}, &deck);
-    deck.forces = mesh.AreaForces([](const Vector3d&) { return Vector3d::UnitZ(); });
-    return deck;
-  };
-  return problem;
-}
-
-// One eighth of the cylinder of data/pinched_cylinder.yaml, cells graded alike for both solvers.
-CalculixMesh PinchedMesh(Element element, std::array<int, 2> cells) {
-  return CalculixMesh(element, cells, 3.0, [](double s, double t) {
-    const double x = 300 * Graded(s, 0.85), v = 0.5 * kPi * Graded(t, -0.85);
-    const Vector3d normal(0, std::sin(v), std::cos(v));
-    return PatchPoint{300 * normal + x * Vector3d::UnitX(), normal};
-  });
-}
-
-CalculixDeck PinchedDeck(const CalculixMesh& mesh) {
-  CalculixDeck deck;
-  deck.young_modulus = 3e6;
-  deck.poisson_ratio = 0.3;
-  if (mesh.IsSolid()) {
-    deck.fixed = Fixed(mesh,
-                       {{CalculixMesh::kSMin, 2},
-                        {CalculixMesh::kSMin, 3},
-                        {CalculixMesh::kSMax, 1},
-                        {CalculixMesh::kTMin, 2},
-                        {CalculixMesh::kTMax, 3}});
-  } else {
-    deck.cylindrical = true;
-    deck.fixed = Fixed(mesh,
-                       {{CalculixMesh::kSMin, 1},
-                        {CalculixMesh::kSMin, 2},
-                        {CalculixMesh::kSMax, 3},
-                        {CalculixMesh::kSMax, 5},
-                        {CalculixMesh::kTMin, 2},
-                        {CalculixMesh::kTMin, 6},
-                        {CalculixMesh::kTMax, 2},
-                        {CalculixMesh::kTMax, 6}});
-  }
-  return deck;
-}
-
-Problem PinchedPoint() {
-  Problem problem;
-  problem.name = "pinched_cylinder";
-  problem.note =
-      "an eighth, graded 0.85; both against the Kirchhoff-Love series, 10 digits, which are also "
-      "the published 1.8248e-5: with shear a point force has no limit, its dent grows with the "
-      "mesh";
-  problem.scene = "pinched_cylinder.yaml";
-  problem.divisions = {{8, 8}, {16, 16}, {32, 32}, {64, 64}};
-  problem.quantities = {{"under_load", 2, 1, 0, -1.828195199e-5, -1.828195199e-5, -1.8248e-5}};
-  problem.peers = Joined(Peers(Element::kS8R, {{4, 4}, {8, 8}, {16, 16}, {32, 32}}),
-                         Peers(Element::kC3D20R, {{4, 4}, {8, 8}, {16, 16}, {32, 32}}));
-  problem.mesh = PinchedMesh;
-  problem.deck = [](const CalculixMesh& mesh) {
-    CalculixDeck deck = PinchedDeck(mesh);
-    deck.forces = mesh.CornerForces(1, 0, {0, 0, -0.25});
-    return deck;
-  };
-  return problem;
-}
-
-Problem PinchedPatch() {
-  Problem problem;
-  problem.name = "pinched_patch";
-  problem.note =
-      "the same, the unit force spread as a Gaussian of 15 = 5 h; each against its own "
-      "extrapolation";
-  problem.scene =
-      "name: pinched-patch\n"
-      "surface: {kind: cylinder, radius: 300, u: [0, 300], v: [0, pi/2], divisions: [16, 16], "
-      "grading: [0.85, -0.85]}\n"
-      "shell: {thickness: 3, young_modulus: 3.0e6, poisson_ratio: 0.3}\nmodel: {theory: linear}\n"
-      "supports:\n  - {on: u_min, fix: [y, z]}\n  - {on: u_max, symmetry: x}\n"
-      "  - {on: v_min, symmetry: y}\n  - {on: v_max, symmetry: z}\n"
-      "loads:\n  - kind: traction\n"
-      "    force: [\"0\", \"0\", \"-exp(-((u-300)^2+(300*v)^2)/450)/(450*pi)\"]\n"
-      "probes: [{name: under_load, at: {uv: [300, 0]}}]\n";
-  problem.divisions = {{8, 8}, {16, 16}, {32, 32}, {64, 64}};
-  problem.quantities = {{"under_load", 2, 1, 0, -1.525774e-5, -1.52814e-5, std::nullopt}};
-  problem.peers = Joined(Peers(Element::kS8R, {{4, 4}, {8, 8}, {16, 16}, {32, 32}}),
-                         Peers(Element::kC3D20R, {{4, 4}, {8, 8}, {16, 16}, {32, 32}}));
-  problem.mesh = PinchedMesh;
-  problem.deck = [](const CalculixMesh& mesh) {
-    CalculixDeck deck = PinchedDeck(mesh);
-    deck.forces = mesh.AreaForces([](const Vector3d& x) {
-      const double u = x.x() - 300, arc = 300 * std::atan2(x.y(), x.z());
-      return Vector3d(0, 0, -std::exp(-(u * u + arc * arc) / 450) / (450 * kPi));
-    });
-    return deck;
-  };
-  return problem;
-}
-
-Problem Cantilever() {
-  Problem problem;
-  problem.name = "cantilever";
-  problem.note =
-      "Sze, Liu & Lo 2004, 3.1, P = 4; both against the Kirchhoff-Love strip, 9 digits "
-      "(data/cantilever_shear.yaml): shear moves the linear tip by 1e-4";
-  problem.scene = "cantilever_shear.yaml";
-  problem.divisions = {{6, 1}, {12, 1}, {24, 1}, {48, 2}};
-  problem.quantities = {{"tip", 0, 1, 0, -3.28954362, -3.28954362, -3.286},
-                        {"tip", 2, 1, 0, 6.69988894, 6.69988894, 6.698}};
-  problem.peers = Joined(Peers(Element::kS8R, {{4, 2}, {8, 2}, {16, 2}, {32, 2}}),
-                         Peers(Element::kC3D20R, {{4, 2}, {8, 2}, {16, 2}, {32, 4}}));
-  problem.mesh = [](Element element, std::array<int, 2> cells) {
-    return CalculixMesh(element, cells, 0.1, [](double s, double t) {
-      return PatchPoint{{10 * s, t, 0}, Vector3d::UnitZ()};
-    });
-  };
-  problem.deck = [](const CalculixMesh& mesh) {
-    CalculixDeck deck;
-    deck.young_modulus = 1.2e6;
-    deck.nonlinear = true;
-    deck.first_increment = deck.largest_increment = 0.5;  // The fastest: 0.1 takes twice as long.
-    deck.fixed = {Clamped(mesh, CalculixMesh::kSMin)};
-    deck.forces = mesh.SideForces(CalculixMesh::kSMax, {0, 0, 4});
-    return deck;
-  };
-  return problem;
-}
-
-Problem Hemisphere() {
-  Problem problem;
-  problem.name = "hemisphere";
-  problem.note =
-      "Sze, Liu & Lo 2004, 3.4, P = 400, a quarter; own: Darboux extrapolated, CalculiX published";
-  problem.scene = "pinched_hemisphere.yaml";
-  problem.divisions = {{10, 10}, {16, 16}, {24, 24}, {40, 40}};
-  problem.quantities = {{"pulled", 0, 0, 0, 4.067, 4.067, 4.067},
-                        {"pinched", 1, 1, 0, -8.178, -8.178, -8.178}};
-  problem.peers = Peers(Element::kC3D20R, {{8, 8}, {16, 16}, {24, 24}});
-  problem.mesh = [](Element element, std::array<int, 2> cells) {
-    return CalculixMesh(element, cells, 0.04, [](double s, double t) {
-      const double u = 0.5 * kPi * s, v = 0.4 * kPi * t;
-      const Vector3d normal(std::cos(v) * std::cos(u), std::cos(v) * std::sin(u), std::sin(v));
-      return PatchPoint{10 * normal, normal};
-    });
-  };
-  problem.deck = [](const CalculixMesh& mesh) {
-    CalculixDeck deck;
-    deck.young_modulus = 6.825e7;
-    deck.poisson_ratio = 0.3;
-    deck.nonlinear = true;
-    deck.first_increment = 0.05;
-    deck.fixed = Fixed(mesh, {{CalculixMesh::kSMin, 2}, {CalculixMesh::kSMax, 1}});
-    deck.fixed.push_back({{mesh.CornerNode(0, 0)}, 3, 3});
-    deck.forces = mesh.CornerForces(0, 0, {200, 0, 0});
-    for (const auto& [node, force] : mesh.CornerForces(1, 0, {0, -200, 0})) {
-      deck.forces.emplace(node, Vector3d::Zero()).first->second += force;
-    }
-    return deck;
-  };
-  return problem;
-}
-
-Problem Annulus() {
-  Problem problem;
-  problem.name = "slit_annulus";
-  problem.note =
-      "Sze, Liu & Lo 2004, 3.3; own: Kirchhoff-Love 13.8447, 17.4823 (darboux_accuracy, uncertain "
-      "by "
-      "0.013 %); shearing: that, moved by the edge layer, 13.8636, 17.5012 (README.md)";
-  problem.scene = "slit_annulus.yaml";
-  problem.divisions = {{3, 30}, {4, 40}, {6, 60}, {10, 100}};
-  problem.quantities = {{"inner", 2, 0, 1, 13.8447, 13.8636, 13.891},
-                        {"outer", 2, 1, 1, 17.4823, 17.5012, 17.528}};
-  problem.peers = Joined(Peers(Element::kS8R, {{2, 16}, {4, 30}}),
-                         Peers(Element::kC3D20R, {{2, 16}, {3, 30}, {6, 60}}));
-  problem.mesh = [](Element element, std::array<int, 2> cells) {
-    return CalculixMesh(element, cells, 0.03, [](double s, double t) {
-      const double r = 6 + 4 * s, v = 2 * kPi * t;
-      return PatchPoint{{r * std::cos(v), r * std::sin(v), 0}, Vector3d::UnitZ()};
-    });
-  };
-  problem.deck = [](const CalculixMesh& mesh) {
-    CalculixDeck deck;
-    deck.young_modulus = 21e6;
-    deck.nonlinear = true;
-    deck.first_increment = 0.02;
-    deck.largest_increment = 0.05;
-    deck.fixed = {Clamped(mesh, CalculixMesh::kTMin)};
-    deck.forces = mesh.SideForces(CalculixMesh::kTMax, {0, 0, 0.8});
-    return deck;
-  };
-  return problem;
-}
 
 // ---- Runs -----------------------------------------------------------------------------------
 
@@ -408,7 +117,7 @@ std::string SizeText(const std::array<int, 2>& size) {
   return std::to_string(size[0]) + " x " + std::to_string(size[1]);
 }
 
-void RunDarboux(const Problem& problem, const fs::path& work, Row* row) {
+void RunDarboux(const PeerProblem& problem, const fs::path& work, Row* row) {
   std::string scene = problem.scene;
   if (scene.find('\n') == std::string::npos) {
     scene = std::string(DARBOUX_DATA_DIR) + "/" + scene;
@@ -441,7 +150,7 @@ void RunDarboux(const Problem& problem, const fs::path& work, Row* row) {
   row->unknowns = json["dof"].get<int>();
   row->iterations = json["iterations"].get<int>();
   row->values.clear();
-  for (const Quantity& quantity : problem.quantities) {
+  for (const PeerQuantity& quantity : problem.quantities) {
     const char* const names[] = {"x", "y", "z"};
     row->values.push_back(
         json["probes"][quantity.probe]["displacement"][names[quantity.component]].get<double>());
@@ -460,10 +169,10 @@ int CountIterations(const std::string& cvg) {
   return count;
 }
 
-void RunCalculix(const Problem& problem, Element element, const fs::path& work, Row* row) {
+void RunCalculix(const PeerProblem& problem, Element element, const fs::path& work, Row* row) {
   const CalculixMesh mesh = problem.mesh(element, row->size);
   CalculixDeck deck = problem.deck(mesh);
-  for (const Quantity& quantity : problem.quantities) {
+  for (const PeerQuantity& quantity : problem.quantities) {
     deck.printed.push_back(mesh.CornerNode(quantity.corner_s, quantity.corner_t));
   }
   std::ofstream(work / "job.inp") << MakeDeck(mesh, deck);
@@ -491,11 +200,11 @@ void RunCalculix(const Problem& problem, Element element, const fs::path& work, 
   }
 }
 
-void SetErrors(const Problem& problem, Row* row) {
+void SetErrors(const PeerProblem& problem, Row* row) {
   if (row->values.size() != problem.quantities.size()) return;
   row->own_error = 0.0;
   for (size_t i = 0; i < row->values.size(); ++i) {
-    const Quantity& quantity = problem.quantities[i];
+    const PeerQuantity& quantity = problem.quantities[i];
     const double own = row->is_darboux ? quantity.kirchhoff_love : quantity.shearing;
     row->own_error = std::max(row->own_error, std::abs(row->values[i] / own - 1.0));
     if (quantity.published) {
@@ -505,7 +214,7 @@ void SetErrors(const Problem& problem, Row* row) {
   }
 }
 
-void PrintRow(const Problem& problem, const Row& row) {
+void PrintRow(const PeerProblem& problem, const Row& row) {
   std::printf("| %s | %s | %s | ",
               problem.name.c_str(),
               row.is_darboux ? "Darboux" : ("CalculiX " + row.element).c_str(),
@@ -537,7 +246,7 @@ const Row* Cheapest(const std::vector<Row>& rows, bool darboux, double target, b
   return best;
 }
 
-void PrintVerdicts(const Problem& problem, const std::vector<Row>& rows, bool published) {
+void PrintVerdicts(const PeerProblem& problem, const std::vector<Row>& rows, bool published) {
   for (const double target : {0.03, 0.01, 0.003, 0.001}) {
     const Row* const d = Cheapest(rows, true, target, published);
     const Row* const c = Cheapest(rows, false, target, published);
@@ -563,7 +272,7 @@ void PrintVerdicts(const Problem& problem, const std::vector<Row>& rows, bool pu
   }
 }
 
-bool Compare(const Problem& problem, const fs::path& work) {
+bool Compare(const PeerProblem& problem, const fs::path& work) {
   std::vector<Row> rows;
   std::vector<Element> elements;
   const auto add = [&](bool darboux, Element element, const std::array<int, 2>& size) {
@@ -636,18 +345,18 @@ int Run() {
                  FLAGS_ccx.c_str());
     return 2;
   }
-  const std::vector<Problem> all = {
-      ClampedPlate(), PinchedPoint(), PinchedPatch(), Cantilever(), Hemisphere(), Annulus()};
-  std::vector<const Problem*> chosen;
+  const std::vector<PeerProblem> all = MakePeerProblems();
+  std::vector<const PeerProblem*> chosen;
   std::istringstream names(FLAGS_problems);
   std::string name, allowed;
-  for (const Problem& problem : all) {
+  for (const PeerProblem& problem : all) {
     allowed += (allowed.empty() ? "" : ", ") + problem.name;
     if (FLAGS_problems.empty()) chosen.push_back(&problem);
   }
   while (std::getline(names, name, ',')) {
-    const auto found = std::find_if(
-        all.begin(), all.end(), [&name](const Problem& problem) { return problem.name == name; });
+    const auto found = std::find_if(all.begin(), all.end(), [&name](const PeerProblem& problem) {
+      return problem.name == name;
+    });
     if (found == all.end()) {
       std::fprintf(stderr,
                    "peer_benchmark: --problems: found '%s'; allowed %s\n",
@@ -668,7 +377,7 @@ int Run() {
     return 2;
   }
   bool done = true;
-  for (const Problem* problem : chosen) done = Compare(*problem, work) && done;
+  for (const PeerProblem* problem : chosen) done = Compare(*problem, work) && done;
   if (!keep) fs::remove_all(work, code);
   return done ? 0 : 1;
 }
