@@ -177,7 +177,10 @@ void RunCalculix(const PeerProblem& problem, Element element, const fs::path& wo
   }
   std::ofstream(work / "job.inp") << MakeDeck(mesh, deck);
   for (const char* old : {"job.dat", "job.cvg", "job.sta"}) fs::remove(work / old);
-  const Process process = RunProcess({FLAGS_ccx, "job"}, work.string(), "job.log");
+  // The process changes its folder.
+  const std::string program =
+      FLAGS_ccx.find('/') == std::string::npos ? FLAGS_ccx : fs::absolute(FLAGS_ccx).string();
+  const Process process = RunProcess({program, "job"}, work.string(), "job.log");
   row->cpu_s = std::min(row->cpu_s, process.cpu_s);
   row->memory_mb = process.memory_mb;
   const std::string log = ReadFile(work / "job.log");
