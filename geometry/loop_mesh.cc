@@ -12,12 +12,6 @@
 namespace darboux {
 namespace {
 
-// C. Loop (1987): weight of each of n neighbours in the subdivision rule of a vertex.
-double VertexWeight(int n) {
-  const double c = 0.375 + 0.25 * std::cos(2.0 * M_PI / n);
-  return (0.625 - c * c) / n;
-}
-
 // Corner k of an element in its coordinates.
 ElementPoint Corner(int element, int k) {
   return {element, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0};
@@ -65,6 +59,11 @@ std::vector<int> CornerNeighbours(
 }
 
 }  // namespace
+
+double LoopVertexWeight(int n) {
+  const double c = 0.375 + 0.25 * std::cos(2.0 * M_PI / n);
+  return (0.625 - c * c) / n;
+}
 
 LoopMesh MakeLoopMesh(const TriangleMesh& source) {
   LoopMesh result;
@@ -137,7 +136,7 @@ bool InterpolatePoints(LoopMesh* mesh) {
   std::vector<Eigen::Triplet<double>> entries;
   for (int i = 0; i < n; ++i) {
     const int valence = static_cast<int>(neighbours[i].size());
-    const double w = 1.0 / (valence + 0.375 / VertexWeight(valence));
+    const double w = 1.0 / (valence + 0.375 / LoopVertexWeight(valence));
     entries.emplace_back(i, i, 1.0 - valence * w);
     for (const int j : neighbours[i]) {
       if (j < n) {
@@ -209,7 +208,7 @@ TriangleMesh SubdivideLoop(const TriangleMesh& source) {
   }
   TriangleMesh result;
   for (int i = 0; i < num_vertices; ++i) {
-    const double w = VertexWeight(static_cast<int>(neighbours[i].size()));
+    const double w = LoopVertexWeight(static_cast<int>(neighbours[i].size()));
     Eigen::Vector3d x = (1.0 - neighbours[i].size() * w) * loop.points.col(i);
     for (const int j : neighbours[i]) x += w * loop.points.col(j);
     result.vertices.push_back(x);

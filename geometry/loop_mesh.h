@@ -2,6 +2,8 @@
 #define DARBOUX_GEOMETRY_LOOP_MESH_H_
 
 #include <Eigen/Core>
+#include <array>
+#include <utility>
 #include <vector>
 
 #include "geometry/control_mesh.h"
@@ -33,7 +35,24 @@ struct LoopMesh {
     int a = 0, b = 0, c = 0;
   };
   std::vector<Ghost> ghosts;
+
+  // The rest are for meshes refined locally (hierarchical_mesh.h), which have vertices and
+  // triangles of several levels; empty otherwise.
+  //
+  // The vertex stands for this sum of (unknown, factor); an unknown for itself alone. Points are
+  // those of the vertices, not to be summed.
+  std::vector<std::vector<std::pair<int, double>>> folds;
+  // Of each vertex: number of the place on the surface that it is the corner of; vertices of
+  // different levels share it.
+  std::vector<int> places;
+  // Of each element, of its edges from corner k to corner k + 1: the vertex in the middle where the
+  // elements across are half as large; else -1.
+  std::vector<std::array<int, 3>> hanging;
 };
+
+// C. Loop (1987): weight of each of n neighbours in the subdivision rule of a vertex, which itself
+// has the rest of 1.
+double LoopVertexWeight(int n);
 
 // Vertices of the mesh are control points; vertex and triangle numbers stay. Precondition (see
 // mesh_doctor): an oriented 2-manifold, every vertex on at most one boundary loop.

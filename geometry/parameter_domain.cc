@@ -13,6 +13,7 @@ ParameterDomain::ParameterDomain(const Options& options) : options_(options) {
     CHECK_GE(options.divisions[d], options.periodic[d] ? 4 : 1);
     CHECK_LT(std::abs(options.grading[d]), 1.0);
     CHECK(!options.periodic[d] || options.grading[d] == 0.0);
+    CHECK(options.maps[d].is_identity() || options.grading[d] == 0.0);
     first_[d] = options.periodic[d] ? 0 : -1;
     count_[d] = options.periodic[d] ? options.divisions[d] : options.divisions[d] + 3;
   }
@@ -65,6 +66,14 @@ std::array<double, 4> ParameterDomain::Parameter(int direction, double q) const 
   const double length = range[1] - range[0];
   const double step = 1.0 / options_.divisions[direction];
   const double f = q * step;
+  const GradingMap& map = options_.maps[direction];
+  if (!map.is_identity()) {
+    const auto x = map.Evaluate(f);
+    return {range[0] + length * x[0],
+            length * x[1] * step,
+            length * x[2] * step * step,
+            length * x[3] * step * step * step};
+  }
   if (g > 0.0) {
     const double p = 1.0 - f;
     return {range[1] - length * ((1.0 - g) + g * p) * p,
@@ -83,6 +92,10 @@ double ParameterDomain::LatticeCoordinate(int direction, double parameter) const
   const double g = std::abs(options_.grading[direction]);
   double f = (parameter - range[0]) / (range[1] - range[0]);
   if (options_.periodic[direction]) f -= std::floor(f);
+  const GradingMap& map = options_.maps[direction];
+  if (!map.is_identity()) {
+    return options_.divisions[direction] * map.Inverse(std::clamp(f, 0.0, 1.0));
+  }
   const bool from_top = options_.grading[direction] > 0.0;
   double d = std::max(from_top ? 1.0 - f : f, 0.0);
   // Root of g p^2 + (1 - g) p - d = 0, written without cancellation.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "geometry/control_mesh.h"
+#include "geometry/grading_map.h"
 
 namespace darboux {
 
@@ -29,7 +30,8 @@ enum class Side { kUMin = 0, kUMax = 1, kVMin = 2, kVMax = 3 };
 // control vertices are unknowns like any others. Lattice coordinates q = (q1, q2) run over
 // [0, divisions[i]]; with grading g the parameter at fraction f = q / divisions of its range is
 // such that the distance from the favoured end is (1 - |g|) p + |g| p^2 times the range, where p
-// is the fraction counted from that end: the upper one for g > 0, the lower one for g < 0.
+// is the fraction counted from that end: the upper one for g > 0, the lower one for g < 0. A map
+// spreads the cells in any other way.
 class ParameterDomain {
  public:
   struct Options {
@@ -39,6 +41,7 @@ class ParameterDomain {
                                          // an element must not meet itself
     std::array<bool, 2> periodic{false, false};
     std::array<double, 2> grading{0.0, 0.0};  // in (-1, 1); 0 in a periodic direction
+    std::array<GradingMap, 2> maps;           // instead of a grading, where not the identity
   };
 
   explicit ParameterDomain(const Options& options);

@@ -38,9 +38,13 @@ struct ShellFace::Search {
       return d.x() * d.x() * m_ss + 2.0 * d.x() * d.y() * m_st + d.y() * d.y() * m_tt;
     }
   };
+  // Across an edge, or across half of one where the elements there are half as large.
   struct Neighbour {
     int element = -1;  // none: a boundary of the shell
     int corner = 0;    // of the neighbour, opposite to the common edge
+    // 1: the neighbour is half as large, and has the corner of the edge that is its corner `end`;
+    // -1: it is twice as large, and this element has its corner `end`.
+    int finer = 0, end = 0;
   };
   // The side of an element opposite to `corner`, on the boundary of the shell.
   struct BoundaryEdge {
@@ -73,12 +77,12 @@ struct ShellFace::Search {
   const double offset;
   Eigen::Matrix3Xd displacements;
   // What the full Loop basis weighs: control points of the deformed shell, of a parametric surface
-  // its displacements, with those of folded ghosts.
+  // its displacements, with those of what is folded.
   Eigen::Matrix3Xd control;
-  std::vector<std::array<Neighbour, 3>> neighbours;
+  // Of each element, opposite to its corner k: on the side of corners k + 1 and k + 2.
+  std::vector<std::array<std::array<Neighbour, 2>, 3>> neighbours;
   std::vector<std::array<int, 3>> boundary_of;  // of each element's sides; -1: none
   std::vector<BoundaryEdge> boundary;
-  std::vector<std::vector<std::pair<int, double>>> folded;  // empty: ghosts are independent
 
   // Corners, middles of edges and centroids of the elements.
   std::vector<ElementPoint> samples;
@@ -89,56 +93,71 @@ struct ShellFace::Search {
 };
 
 void ShellFace::Search::FindNeighbours() {
-  const ControlMesh& mesh = surface.mesh();
-  std::map<std::pair<int, int>, std::pair<int, int>> halfedges;  // -> element, opposite corner
-  for (int e = 0; e < mesh.num_elements; ++e) {
+  const int num_elements = surface.num_elements();
+  // -> element, opposite corner
+  std::map<std::pair<int, int>, std::pair<int, int>> halfedges;
+  for (int e = 0; e < num_elements; ++e) {
     for (int k = 0; k < 3; ++k) {
-      halfedges[{mesh.triangles[e][(k + 1) % 3], mesh.triangles[e][(k + 2) % 3]}] = {e, k};
+      halfedges[{surface.Corner(e, (k + 1) % 3), surface.Corner(e, (k + 2) % 3)}] = {e, k};
     }
   }
-  neighbours.resize(mesh.num_elements);
-  boundary_of.assign(mesh.num_elements, {-1, -1, -1});
-  std::map<int, int> begins, ends;  // vertex -> boundary edge
-  std::vector<char> seen(mesh.num_vertices, 0);
-  for (int e = 0; e < mesh.num_elements; ++e) {
+  neighbours.resize(num_elements);
+  boundary_of.assign(num_elements, {-1, -1, -1});
+  for (int e = 0; e < num_elements; ++e) {
     for (int k = 0; k < 3; ++k) {
-      const int a = mesh.triangles[e][(k + 1) % 3], b = mesh.triangles[e][(k + 2) % 3];
-      const auto across = halfedges.find({b, a});
-      if (across != halfedges.end()) {
-        neighbours[e][k] = {across->second.first, across->second.second};
-      } else {
-        boundary_of[e][k] = static_cast<int>(boundary.size());
-        begins[a] = ends[b] = boundary_of[e][k];
-        boundary.push_back({e, k, -1, -1});
+      const int middle = surface.HangingCorner(e, (k + 1) % 3);
+      if (middle < 0) continue;
+      for (int half = 0; half < 2; ++half) {
+        // The neighbour runs the other way: (middle, a) and (b, middle) for the edge (a, b).
+        const int end = (k + 1 + half) % 3;
+        const int corner = surface.Corner(e, end);
+        const auto [f, j] = halfedges.at(half == 0 ? std::make_pair(middle, corner)
+                                                   : std::make_pair(corner, middle));
+        neighbours[e][k][half] = {f, j, 1, half == 0 ? (j + 2) % 3 : (j + 1) % 3};
+        neighbours[f][j].fill({e, k, -1, end});
+      }
+    }
+  }
+  std::map<int, int> begins, ends;  // corner -> boundary edge
+  std::vector<char> seen(surface.num_corners(), 0);
+  for (int e = 0; e < num_elements; ++e) {
+    for (int k = 0; k < 3; ++k) {
+      const int a = surface.Corner(e, (k + 1) % 3), b = surface.Corner(e, (k + 2) % 3);
+      // The middle of an edge is a sample of one of its elements, of the smaller ones where they
+      // differ: that of the larger one is a corner there.
+      bool is_own = neighbours[e][k][0].finer < 0;
+      if (neighbours[e][k][0].element < 0) {
+        const auto across = halfedges.find({b, a});
+        if (across != halfedges.end()) {
+          neighbours[e][k].fill({across->second.first, across->second.second, 0, 0});
+          is_own = a < b;
+        } else {
+          boundary_of[e][k] = static_cast<int>(boundary.size());
+          begins[a] = ends[b] = boundary_of[e][k];
+          boundary.push_back({e, k, -1, -1});
+          is_own = true;
+        }
       }
       constexpr double kCorner[3][2] = {{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}};
       constexpr double kMiddle[3][2] = {{0.5, 0.5}, {0.0, 0.5}, {0.5, 0.0}};
-      if (across == halfedges.end() || a < b) samples.push_back({e, kMiddle[k][0], kMiddle[k][1]});
-      char& known = seen[mesh.triangles[e][k]];
+      if (is_own) samples.push_back({e, kMiddle[k][0], kMiddle[k][1]});
+      char& known = seen[surface.Corner(e, k)];
       if (!known) samples.push_back({e, kCorner[k][0], kCorner[k][1]});
       known = 1;
     }
     samples.push_back({e, 1.0 / 3.0, 1.0 / 3.0});
   }
   for (BoundaryEdge& edge : boundary) {
-    const auto& triangle = mesh.triangles[edge.element];
-    const auto next = begins.find(triangle[(edge.corner + 2) % 3]);
-    const auto last = ends.find(triangle[(edge.corner + 1) % 3]);
+    const auto next = begins.find(surface.Corner(edge.element, (edge.corner + 2) % 3));
+    const auto last = ends.find(surface.Corner(edge.element, (edge.corner + 1) % 3));
     if (next != begins.end()) edge.next = next->second;
     if (last != ends.end()) edge.last = last->second;
   }
-  // Control vertices that elements have but displacements do not count.
-  bool has_folds = false;
-  for (int e = 0; e < mesh.num_elements && !has_folds; ++e) {
-    for (const int vertex : surface.basis().control_vertices(e)) {
-      has_folds = has_folds || !surface.IsActive(vertex);
-    }
-  }
-  if (has_folds) folded = surface.domain().FoldedGhosts();
 }
 
 void ShellFace::Search::SetDisplacements(const Eigen::Matrix3Xd& u) {
   displacements = u;
+  const auto& folded = surface.folds();
   if (folded.empty()) {
     control = u;
   } else {
@@ -164,17 +183,17 @@ void ShellFace::Search::SetDisplacements(const Eigen::Matrix3Xd& u) {
   // that are smaller by far.
   std::vector<double> longest(surface.mesh().num_elements, 0.0);
   std::vector<std::array<Vector3d, 3>> corners(surface.mesh().num_elements);
-  std::vector<Vector3d> of_vertex(surface.mesh().num_vertices);
+  std::vector<Vector3d> of_corner(surface.num_corners());
   for (size_t i = 0; i < samples.size(); ++i) {
     const Barycentric b = ToBarycentric(samples[i]);
     for (int k = 0; k < 3; ++k) {
-      if (b[k] == 1.0) of_vertex[surface.mesh().triangles[samples[i].element][k]] = points[i];
+      if (b[k] == 1.0) of_corner[surface.Corner(samples[i].element, k)] = points[i];
     }
   }
   for (int e = 0; e < surface.mesh().num_elements; ++e) {
-    const auto& triangle = surface.mesh().triangles[e];
     for (int k = 0; k < 3; ++k) {
-      const double length = (of_vertex[triangle[k]] - of_vertex[triangle[(k + 1) % 3]]).norm();
+      const double length =
+          (of_corner[surface.Corner(e, k)] - of_corner[surface.Corner(e, (k + 1) % 3)]).norm();
       longest[e] = std::max(longest[e], length);
     }
   }
@@ -258,12 +277,13 @@ ElementPoint ShellFace::Search::Walk(ElementPoint at,
     for (int k = 0; k < 3; ++k) b[k] = std::max(0.0, b[k] + part * d[k]);
     if (side < 0) break;
     b[side] = 0.0;
-    const Neighbour& next = neighbours[element][side];
+    const int k1 = (side + 1) % 3, k2 = (side + 2) % 3;
+    const Neighbour& next = neighbours[element][side][b[k1] >= b[k2] ? 0 : 1];
     if (next.element < 0) {
       *boundary_edge = boundary_of[element][side];
       break;
     }
-    const int k1 = (side + 1) % 3, k2 = (side + 2) % 3, j = next.corner;
+    const int j = next.corner;
     for (double& x : d) x *= 1.0 - part;
     Barycentric moved, turned;
     moved[j] = 0.0;
@@ -272,6 +292,16 @@ ElementPoint ShellFace::Search::Walk(ElementPoint at,
     turned[j] = -d[side];
     turned[(j + 1) % 3] = d[k2] + d[side];
     turned[(j + 2) % 3] = d[k1] + d[side];
+    // Into the part of the element of the same size that has its corner `end`, or out of it.
+    if (next.finer != 0) {
+      const double factor = next.finer > 0 ? 2.0 : 0.5;
+      for (int k = 0; k < 3; ++k) {
+        moved[k] *= factor;
+        turned[k] *= factor;
+      }
+      moved[next.end] += 1.0 - factor;
+      moved[next.end] = std::max(0.0, moved[next.end]);
+    }
     b = moved;
     d = turned;
     element = next.element;

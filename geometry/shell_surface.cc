@@ -80,12 +80,15 @@ ShellSurface::ShellSurface(std::shared_ptr<const ParametricSurface> surface,
                            const ParameterDomain::Options& domain,
                            Ghosts ghosts)
     : surface_(std::move(surface)), domain_(domain), basis_(domain_->mesh()) {
-  if (ghosts == Ghosts::kFolded) FoldGhosts();
+  if (ghosts == Ghosts::kFolded) folded_ = domain_->FoldedGhosts();
+  MakeFolds();
   active_.assign(mesh().num_vertices, 0);
   FindSizes();
 }
 
-ShellSurface::ShellSurface(LoopMesh mesh) : loop_(std::move(mesh)), basis_(loop_.mesh) {
+ShellSurface::ShellSurface(LoopMesh mesh)
+    : loop_(std::move(mesh)), basis_(loop_.mesh), folded_(loop_.folds) {
+  MakeFolds();
   active_.assign(loop_.mesh.num_vertices, 0);
   std::vector<int> valence(loop_.mesh.num_vertices, 0);
   for (const auto& triangle : loop_.mesh.triangles) {
@@ -106,36 +109,47 @@ void ShellSurface::FindSizes() {
   }
   num_active_ = static_cast<int>(std::count(active_.begin(), active_.end(), 1));
   constexpr double kCorner[3][2] = {{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}};
-  std::vector<char> seen(mesh().num_vertices, 0);
+  // Numbers in the order of the elements, for all vertices of the same place.
+  std::vector<int> number(mesh().num_vertices, -1);
+  const auto place = [this](int vertex) {
+    return loop_.places.empty() ? vertex : loop_.places[vertex];
+  };
   Eigen::AlignedBox3d box;
   for (int e = 0; e < num_elements(); ++e) {
     const RestJet jet = Rest({e, 1.0 / 3.0, 1.0 / 3.0});
     area_ += 0.5 * jet.x_s.cross(jet.x_t).norm();
     for (int k = 0; k < 3; ++k) {
-      char& known = seen[mesh().triangles[e][k]];
-      if (known) continue;
-      known = 1;
+      int& corner = number[place(mesh().triangles[e][k])];
+      if (corner >= 0) continue;
+      corner = static_cast<int>(vertex_points_.size());
       vertex_points_.push_back({e, kCorner[k][0], kCorner[k][1]});
       box.extend(Position(vertex_points_.back()));
     }
   }
+  corners_.resize(mesh().num_vertices);
+  for (int i = 0; i < mesh().num_vertices; ++i) corners_[i] = number[place(i)];
   size_ = box.diagonal().norm();
 }
 
-void ShellSurface::FoldGhosts() {
-  const auto folded = domain_->FoldedGhosts();
+void ShellSurface::MakeFolds() {
+  if (folded_.empty()) return;
   folds_.resize(num_elements());
   for (int e = 0; e < num_elements(); ++e) {
     const std::vector<int>& ring = basis_.control_vertices(e);
+    bool is_plain = true;
+    for (const int vertex : ring) {
+      is_plain = is_plain && folded_[vertex].size() == 1 && folded_[vertex][0].first == vertex;
+    }
+    if (is_plain) continue;
     std::vector<int>& vertices = folds_[e].vertices;
     for (const int vertex : ring) {
-      for (const auto& term : folded[vertex]) vertices.push_back(term.first);
+      for (const auto& term : folded_[vertex]) vertices.push_back(term.first);
     }
     std::sort(vertices.begin(), vertices.end());
     vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
     folds_[e].matrix = Eigen::MatrixXd::Zero(ring.size(), vertices.size());
     for (size_t i = 0; i < ring.size(); ++i) {
-      for (const auto& term : folded[ring[i]]) {
+      for (const auto& term : folded_[ring[i]]) {
         const auto column = std::lower_bound(vertices.begin(), vertices.end(), term.first);
         folds_[e].matrix(i, column - vertices.begin()) += term.second;
       }
@@ -151,10 +165,11 @@ std::array<double, 2> ShellSurface::Parameters(const ElementPoint& point) const 
 
 Eigen::Vector3d ShellSurface::Position(const ElementPoint& point) const {
   if (is_parametric()) return ParametricJet(point).x;
-  const Eigen::VectorXd weights = ValueWeights(point);
-  const std::vector<int>& vertices = control_vertices(point.element);
+  const BasisMatrix basis = basis_.Evaluate(point.element, point.s, point.t);
+  const std::vector<int>& vertices = basis_.control_vertices(point.element);
   Eigen::Vector3d x = Eigen::Vector3d::Zero();
-  for (size_t i = 0; i < vertices.size(); ++i) x += weights[i] * loop_.points.col(vertices[i]);
+  for (size_t i = 0; i < vertices.size(); ++i)
+    x += basis(kValue, i) * loop_.points.col(vertices[i]);
   return x;
 }
 
@@ -166,7 +181,7 @@ SurfaceJet ShellSurface::ParametricJet(const ElementPoint& point) const {
 
 RestJet ShellSurface::Rest(int element, const BasisMatrix& basis) const {
   Eigen::Matrix<double, 3, 6> jet = Eigen::Matrix<double, 3, 6>::Zero();
-  const std::vector<int>& vertices = control_vertices(element);
+  const std::vector<int>& vertices = basis_.control_vertices(element);
   for (size_t i = 0; i < vertices.size(); ++i) {
     jet += loop_.points.col(vertices[i]) * basis.col(i).transpose();
   }
@@ -208,17 +223,22 @@ StrainPoint ShellSurface::MakePoint(const ElementPoint& point,
     constexpr double kSteep = 0.9;
     const bool steep = std::abs(normal.x()) > kSteep * normal.norm();
     const Eigen::Vector3d axis = steep ? Eigen::Vector3d::UnitY() : Eigen::Vector3d::UnitX();
-    return MakeStrainPoint(
+    StrainPoint result = MakeStrainPoint(
         rest,
         basis,
         Eigen::Vector2d(rest.x_t.cross(normal).dot(axis), normal.cross(rest.x_s).dot(axis)),
         quadrature_weight);
+    if (IsFolded(point.element)) {
+      result.weights = (result.weights * folds_[point.element].matrix).eval();
+    }
+    return result;
   }
   // t1 along the u-line: (1, 0) in the lattice is s for even elements, s - t for odd ones.
   const Eigen::Vector2d u_line =
       point.element % 2 == 0 ? Eigen::Vector2d(1.0, 0.0) : Eigen::Vector2d(1.0, -1.0);
   StrainPoint result = MakeStrainPoint(Rest(point), basis, u_line, quadrature_weight);
-  if (!folds_.empty()) result.weights = (result.weights * folds_[point.element].matrix).eval();
+  if (IsFolded(point.element))
+    result.weights = (result.weights * folds_[point.element].matrix).eval();
   return result;
 }
 
@@ -228,7 +248,7 @@ StrainPoint ShellSurface::MakePoint(const ElementPoint& point, double quadrature
 
 Eigen::VectorXd ShellSurface::ValueWeights(const ElementPoint& point) const {
   const BasisMatrix basis = basis_.Evaluate(point.element, point.s, point.t);
-  if (folds_.empty()) return basis.row(kValue).transpose();
+  if (!IsFolded(point.element)) return basis.row(kValue).transpose();
   return folds_[point.element].matrix.transpose() * basis.row(kValue).transpose();
 }
 
@@ -262,6 +282,7 @@ void ShellSurface::EvaluateAreaPoint(int element, int num_points, int k, AreaPoi
     point->n = normal.normalized();
     point->area = rule.weight * normal.norm();
     point->values = basis.row(kValue);
+    if (IsFolded(element)) point->values = (point->values * folds_[element].matrix).eval();
     return;
   }
   const auto q = domain_->Lattice(point->at);
@@ -274,7 +295,7 @@ void ShellSurface::EvaluateAreaPoint(int element, int num_points, int k, AreaPoi
   point->position = jet.x;
   point->n = normal / area_element;
   point->area = rule.weight * area_element;
-  if (folds_.empty() && basis_.IsRegular(element)) {
+  if (!IsFolded(element) && basis_.IsRegular(element)) {
     point->values = RegularTable(num_points)[k].row(kValue);
   } else {
     point->values = ValueWeights(point->at).transpose();
@@ -385,7 +406,11 @@ ElementPoint ShellSurface::ClosestPointOnMesh(const Eigen::Vector3d& x) const {
     // The middle of the control triangle will do.
     Eigen::Vector3d middle = Eigen::Vector3d::Zero();
     for (const int vertex : mesh().triangles[e]) middle += loop_.points.col(vertex) / 3.0;
-    order.push_back({(middle - x).squaredNorm(), e});
+    double distance = (middle - x).norm();
+    if (!loop_.hanging.empty()) {  // Larger elements reach farther.
+      distance -= (loop_.points.col(mesh().triangles[e][0]) - middle).norm();
+    }
+    order.push_back({distance, e});
   }
   const size_t count = std::min<size_t>(order.size(), kCandidates);
   std::partial_sort(order.begin(), order.begin() + count, order.end());

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "geometry/loop_basis.h"
@@ -39,16 +40,20 @@ class ShellSurface {
   const ParameterDomain& domain() const { return *domain_; }
   const ControlMesh& mesh() const { return domain_ ? domain_->mesh() : loop_.mesh; }
   // A column per control vertex of a mesh, whose limit surface is the rest shape; empty for a
-  // parametric surface.
+  // parametric surface. A mesh refined locally has vertices that are no unknowns (folds() says what
+  // they are made of): the limit is that of LoopBasis with all of them.
   const Eigen::Matrix3Xd& control_points() const { return loop_.points; }
   const LoopBasis& basis() const { return basis_; }
   int num_elements() const { return mesh().num_elements; }
   // Control vertices that the displacement on an element depends on; the columns of
   // StrainPoint::weights are in this order.
   const std::vector<int>& control_vertices(int element) const {
-    return folds_.empty() ? basis_.control_vertices(element) : folds_[element].vertices;
+    return IsFolded(element) ? folds_[element].vertices : basis_.control_vertices(element);
   }
-  // Whether some element depends on the control vertex: false for folded ghosts.
+  // What the control vertices that LoopBasis knows stand for, as sums of (unknown, factor); empty
+  // where each is an unknown itself.
+  const std::vector<std::vector<std::pair<int, double>>>& folds() const { return folded_; }
+  // Whether some element depends on the control vertex: false for what is folded.
   bool IsActive(int vertex) const { return active_[vertex]; }
   int num_active_vertices() const { return num_active_; }
 
@@ -60,7 +65,17 @@ class ShellSurface {
   // Derivatives through third order in (u, v): principal curvatures and their derivatives.
   // Parametric surfaces only.
   SurfaceJet ParametricJet(const ElementPoint& point) const;
-  // An element point at each vertex that elements have.
+  // The places where elements have corners, numbered: that of corner k of an element; that in the
+  // middle of its edge from corner k to corner k + 1, where two elements of half the size meet it
+  // (meshes refined locally), else -1.
+  int num_corners() const { return static_cast<int>(vertex_points_.size()); }
+  int Corner(int element, int k) const { return corners_[mesh().triangles[element][k]]; }
+  int HangingCorner(int element, int k) const {
+    return loop_.hanging.empty() || loop_.hanging[element][k] < 0
+               ? -1
+               : corners_[loop_.hanging[element][k]];
+  }
+  // An element point at each of these places.
   const std::vector<ElementPoint>& vertex_points() const { return vertex_points_; }
 
   // One point with its weights; area = quadrature_weight * |x_s x x_t|.
@@ -127,6 +142,7 @@ class ShellSurface {
 
  private:
   void FindSizes();
+  bool IsFolded(int element) const { return !folds_.empty() && folds_[element].matrix.size() > 0; }
   RestJet Rest(int element, const BasisMatrix& basis) const;
   ElementPoint ClosestPointOnMesh(const Eigen::Vector3d& x) const;
   void EvaluateAreaPoint(int element, int num_points, int k, AreaPoint* point) const;
@@ -138,12 +154,13 @@ class ShellSurface {
                             const Eigen::Vector2d& direction,
                             double weight) const;
 
-  // Columns of the Loop basis of an element -> columns of its control_vertices.
+  // Columns of the Loop basis of an element -> columns of its control_vertices; none where they are
+  // the same.
   struct Fold {
     std::vector<int> vertices;
     Eigen::MatrixXd matrix;
   };
-  void FoldGhosts();
+  void MakeFolds();
 
   std::shared_ptr<const ParametricSurface> surface_;
   std::optional<ParameterDomain> domain_;
@@ -151,7 +168,9 @@ class ShellSurface {
   LoopBasis basis_;
   std::vector<ElementPoint> vertex_points_;
   std::vector<unsigned char> extraordinary_;  // per element: bit k = corner k; empty: none at all
-  std::vector<Fold> folds_;                   // per element; empty where ghosts are independent
+  std::vector<std::vector<std::pair<int, double>>> folded_;
+  std::vector<Fold> folds_;   // per element; empty where folded_ is
+  std::vector<int> corners_;  // of vertices
   std::vector<char> active_;
   int num_active_ = 0;
   double size_ = 0.0;

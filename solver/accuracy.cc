@@ -2,65 +2,451 @@
 
 #include <glog/logging.h>
 
-#include <Eigen/Core>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <sstream>
 #include <utility>
 
+#include "solver/adaptive_grading.h"
+#include "solver/error_sequence.h"
+#include "solver/goal_response.h"
+#include "solver/minimisation.h"
+#include "solver/theory_error.h"
+
 namespace darboux {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+constexpr double kFirstCells = 64.0;
+constexpr int kFirstSolutions = 4, kSolutions = 3;  // on a lattice of one size
+constexpr int kFirstTries = 4;                      // where the first lattice does not converge
+// A map that makes the sum of errors less than this much smaller is not worth having, and one that
+// changes cells by less than kSettled no further solution.
+constexpr double kWorthwhile = 1.5, kSettled = 0.1;
+constexpr double kMostSkew = 2.0;  // of the proportion at a time
+constexpr double kLeastGrowth = 1.25, kUnknownGrowth = 2.0, kMostGrowth = 4.0;
+constexpr double kLastGrowth = 1.02;  // where max_dof allows no more
+constexpr double kSafety = 0.8;       // aim below the target
+constexpr double kTheoryShare = 0.5;  // of the target
+constexpr double kQuadratureShare = 0.5;
+// Time of a level by its number of unknowns.
+constexpr double kTimeOrder = 1.2;
 
-double Since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
+std::vector<double> SizesOf(const std::vector<Goal>& goals) {
+  std::vector<double> sizes;
+  for (const Goal& goal : goals) sizes.push_back(goal.size);
+  return sizes;
 }
 
-constexpr double kAssumedOrder = 2.0;
-constexpr double kWorstOrder = 0.5;
-// Probes that move less, relative to the largest displacement, are measured against this.
-constexpr double kStill = 1e-4;
-// Cost of a level by that of the one before: four times the unknowns, a little more than linear.
-constexpr double kTimeRatio = 5.0;
-
-// What the error is estimated of, and the sizes that make it relative.
-struct Quantities {
-  std::vector<Eigen::Vector3d> value;
-  std::vector<double> size;
-};
-
-Quantities QuantitiesOf(const SolverSummary& summary) {
-  Quantities result;
-  for (const ProbeSummary& probe : summary.probes) {
-    result.value.push_back(probe.displacement);
-    result.size.push_back(std::max(probe.displacement.norm(), kStill * summary.max_displacement));
-  }
-  if (summary.probes.empty()) {
-    for (const double number : {summary.max_displacement, summary.energy_total}) {
-      result.value.push_back(number * Eigen::Vector3d::UnitX());
-      result.size.push_back(std::abs(number));
-    }
-  }
-  return result;
+std::vector<Eigen::Vector3d> ValuesOf(const std::vector<Goal>& goals) {
+  std::vector<Eigen::Vector3d> values;
+  for (const Goal& goal : goals) values.push_back(goal.value);
+  return values;
 }
 
-// Of the last level; levels.size() >= 2.
-double Estimate(const std::vector<Quantities>& levels) {
-  const size_t last = levels.size() - 1;
+double DofOf(const std::array<int, 2>& divisions) {
+  return 3.0 * (divisions[0] + 3.0) * (divisions[1] + 3.0);
+}
+
+double LargestDifference(const std::vector<Goal>& a, const std::vector<Goal>& b) {
   double largest = 0.0;
-  for (size_t i = 0; i < levels[last].value.size(); ++i) {
-    const double change = (levels[last].value[i] - levels[last - 1].value[i]).norm();
-    if (change == 0.0) continue;  // Also where nothing moves at all.
-    double order = kAssumedOrder;
-    if (last >= 2) {
-      const double before = (levels[last - 1].value[i] - levels[last - 2].value[i]).norm();
-      order = std::clamp(std::log2(before / change), kWorstOrder, kAssumedOrder);
-    }
-    largest = std::max(largest, change / ((std::exp2(order) - 1.0) * levels[last].size[i]));
+  for (size_t i = 0; i < a.size(); ++i) {
+    const double difference = (a[i].value - b[i].value).norm();
+    if (difference > 0.0) largest = std::max(largest, difference / a[i].size);
   }
   return largest;
+}
+
+// A solved scene.
+struct Answer {
+  std::unique_ptr<ShellProblem> problem;
+  SolverSummary summary;
+  std::vector<Goal> goals;
+};
+
+// The state of one call of SolveToAccuracy.
+class AccuracyLoop {
+ public:
+  AccuracyLoop(const Scene& scene,
+               const SolverOptions& solver_options,
+               const AccuracyOptions& options,
+               AccuracyReport* report)
+      : scene_(scene),
+        solver_options_(solver_options),
+        options_(options),
+        report_(*report),
+        asked_theory_(scene.model.theory),
+        start_(Clock::now()) {
+    report_ = AccuracyReport();
+    report_.target = *scene.model.accuracy;
+  }
+
+  bool Run(Answer* answer, std::string* error);
+
+ private:
+  enum class Outcome { kDone, kContinue, kFailed };
+
+  // Solves scene_; the times go to the sums.
+  bool SolveOnce(Answer* answer, std::string* error);
+  // The first lattice on which the scene converges.
+  Outcome FirstAnswer(Answer* answer, std::string* error);
+  // Theory, on the first lattice. False where the scene fails in the nonlinear theory.
+  bool ChooseTheory(Answer* answer, std::string* error);
+  // Moves the cells of scene_; whether it is worth solving again with as many.
+  bool ImproveLattice(Answer* answer);
+  void ChooseQuadrature(const Answer& answer, double estimate);
+  // scene_ with more cells. False and *why where there is no room for them.
+  bool Grow(double factor, double seconds, std::string* why);
+  std::optional<double> Total() const;
+  double SolverError(Answer* answer);
+  void FindMultiples();
+  // As many cells as max_dof allows, cells_ at most; {0, 0} where there is no room at all.
+  std::array<int, 2> Divisions() const {
+    std::array<int, 2> next = DivisionsFor(cells_, proportion_, least_, multiple_);
+    if (DofOf(next) > options_.max_dof) {
+      LargestDivisions(options_.max_dof, proportion_, least_, multiple_, &next);
+    }
+    return next;
+  }
+  bool IsLattice() const { return scene_.surface.mesh == nullptr; }
+  bool HasOutsideForces() const { return !scene_.fingers.empty() || FindGas(scene_) != nullptr; }
+  void Decide(const std::string& line) { decisions_.push_back(line); }
+  void Finish(const std::string& why, Answer* answer);
+
+  Scene scene_;
+  SolverOptions solver_options_;
+  const AccuracyOptions& options_;
+  AccuracyReport& report_;
+  const Theory asked_theory_;
+  const Clock::time_point start_;
+  ErrorSequence sequence_, before_;  // with and without the last level
+  std::vector<std::string> decisions_;
+  std::string theory_reason_;
+  double cells_ = 0.0, proportion_ = 1.0;
+  std::array<int, 2> least_{2, 2}, multiple_{2, 2};  // of divisions
+  SurfaceSpec first_surface_;                        // of the first level
+  double dual_size_ = 0.0;                           // largest entry of the goals' dual solutions
+  double setup_s_ = 0.0, solve_s_ = 0.0;
+};
+
+void AccuracyLoop::FindMultiples() {
+  for (int d = 0; d < 2; ++d) {
+    least_[d] = scene_.surface.periodic[d] ? 6 : 2;
+    // Only where forces and probes are at the ends nothing marks the middle.
+    const auto& range = d == 0 ? scene_.surface.u_range : scene_.surface.v_range;
+    const auto at_end = [&](const SurfacePoint& point) {
+      return point.kind == SurfacePoint::Kind::kUv &&
+             (point.uv[d] == range[0] || point.uv[d] == range[1]);
+    };
+    bool ends = !scene_.surface.periodic[d] && !scene_.probes.empty();
+    for (const ProbeSpec& probe : scene_.probes) ends = ends && at_end(probe.at);
+    for (const LoadSpec& load : scene_.loads) {
+      if (load.kind == LoadSpec::Kind::kPoint) ends = ends && at_end(load.at);
+    }
+    multiple_[d] = ends ? 1 : 2;
+  }
+}
+
+bool AccuracyLoop::SolveOnce(Answer* answer, std::string* error) {
+  Answer result;
+  SolverOptions options = solver_options_;
+  if (options.time_limit_s > 0.0) {
+    options.time_limit_s = std::max(options.time_limit_s - Since(start_), 1e-3);
+  }
+  if (!Solve(scene_, options, &result.problem, &result.summary, error)) return false;
+  setup_s_ += result.summary.setup_s;
+  solve_s_ += result.summary.solve_s;
+  if (result.summary.IsConverged()) result.goals = GoalsOf(scene_, result.summary);
+  *answer = std::move(result);
+  return true;
+}
+
+AccuracyLoop::Outcome AccuracyLoop::FirstAnswer(Answer* answer, std::string* error) {
+  for (int tries = 1;; ++tries) {
+    if (!SolveOnce(answer, error)) return Outcome::kFailed;
+    if (answer->summary.IsConverged()) return Outcome::kContinue;
+    std::string why;
+    const bool interrupted = answer->summary.termination == SolverSummary::Termination::kStopped ||
+                             answer->summary.termination == SolverSummary::Termination::kTimeLimit;
+    if (interrupted || tries == kFirstTries || !Grow(kUnknownGrowth, 0.0, &why)) {
+      Finish("the first level did not converge: " + answer->summary.message, answer);
+      return Outcome::kDone;
+    }
+  }
+}
+
+bool AccuracyLoop::ChooseTheory(Answer* answer, std::string* error) {
+  const bool linear = answer->summary.theory == Theory::kLinear;
+  if (!linear || HasOutsideForces()) return true;
+  TheoryError estimate;
+  if (!EstimateTheoryError(*answer->problem,
+                           answer->goals,
+                           solver_options_.backend,
+                           solver_options_.num_threads,
+                           &estimate,
+                           error)) {
+    return false;
+  }
+  const bool needed = !(estimate.value <= kTheoryShare * report_.target);
+  if (asked_theory_ != Theory::kAuto || !needed) {
+    report_.theory = estimate.value;
+    if (asked_theory_ == Theory::kAuto) {
+      std::ostringstream reason;
+      reason << "chosen: the nonlinear theory would change the goals by " << estimate.value
+             << " (Newton's step from the linear solution), within half of the accuracy";
+      theory_reason_ = reason.str();
+      scene_.model.theory = Theory::kLinear;
+    }
+    return true;
+  }
+  const std::vector<Goal> linear_goals = answer->goals;
+  scene_.model.theory = Theory::kNonlinear;
+  if (!SolveOnce(answer, error)) return false;
+  std::ostringstream reason;
+  reason << "chosen: the nonlinear theory was estimated to change " << estimate.goal << " by "
+         << estimate.value << ", above half of the accuracy";
+  if (answer->summary.IsConverged()) {
+    reason << "; it changes the goals by " << LargestDifference(answer->goals, linear_goals);
+  }
+  theory_reason_ = reason.str();
+  return true;
+}
+
+bool AccuracyLoop::ImproveLattice(Answer* answer) {
+  if (!IsLattice() || scene_.surface.grading_given) return false;
+  GoalResponse response;
+  if (!EvaluateGoalResponse(answer->problem.get(),
+                            answer->goals,
+                            solver_options_.backend,
+                            solver_options_.num_threads,
+                            &response)) {
+    return false;
+  }
+  dual_size_ = 0.0;
+  for (const Eigen::Matrix3Xd& dual : response.duals) {
+    dual_size_ = std::max(dual_size_, dual.cwiseAbs().maxCoeff());
+  }
+  const LatticeAdvice advice = AdviseLattice(*answer->problem, response.duals);
+  SurfaceSpec& surface = scene_.surface;
+  const bool has_maps =
+      !surface.grading_maps[0].is_identity() || !surface.grading_maps[1].is_identity();
+  const bool moves = has_maps || advice.gain > kWorthwhile;
+  if (moves) surface.grading_maps = advice.maps;
+  const double skew = std::clamp(advice.proportion / proportion_, 1.0 / kMostSkew, kMostSkew);
+  proportion_ *= skew;
+  const std::array<int, 2> before = surface.divisions;
+  surface.divisions = Divisions();
+  return (moves && advice.change > kSettled) || before != surface.divisions;
+}
+
+void AccuracyLoop::ChooseQuadrature(const Answer& answer, double estimate) {
+  constexpr int kFine = 6;
+  if (scene_.model.quadrature_given || scene_.model.quadrature >= kFine) return;
+  const SurfaceSpec next = scene_.surface;
+  const int coarse = scene_.model.quadrature;
+  scene_.model.quadrature = kFine;
+  // The meshes so far, the last one first.
+  ErrorSequence sequence;
+  Answer fine;
+  std::string error;
+  const auto solve = [&](const SurfaceSpec& surface) {
+    scene_.surface = surface;
+    return SolveOnce(&fine, &error) && fine.summary.IsConverged();
+  };
+  double change = 0.0;
+  bool finer = solve(answer.problem->scene().surface);
+  if (finer) {
+    change = LargestDifference(fine.goals, answer.goals);
+    const Answer last = std::move(fine);
+    finer = change > kQuadratureShare * estimate && solve(first_surface_);
+    if (finer) {
+      for (const Answer* level : {const_cast<const Answer*>(&fine), &last}) {
+        sequence.Add(level->summary.elements, ValuesOf(level->goals), SizesOf(level->goals));
+      }
+      sequence_ = sequence;
+      before_.Clear();
+    }
+  }
+  if (!finer) scene_.model.quadrature = coarse;
+  scene_.surface = next;
+  std::ostringstream line;
+  line << "quadrature: " << scene_.model.quadrature << " points a triangle; " << kFine
+       << " change the goals by " << change << ", the estimated error is " << estimate;
+  Decide(line.str());
+}
+
+bool AccuracyLoop::Grow(double factor, double seconds, std::string* why) {
+  SurfaceSpec& surface = scene_.surface;
+  const double present = static_cast<double>(surface.divisions[0]) * surface.divisions[1];
+  // Rounding to whole numbers may give the same lattice again.
+  cells_ *= factor;
+  std::array<int, 2> next = Divisions();
+  while (next[0] * next[1] < kLeastGrowth * present && cells_ < 2.0 * factor * present) {
+    cells_ *= 1.1;
+    next = Divisions();
+  }
+  if (next[0] * next[1] < kLastGrowth * present) {
+    std::ostringstream text;
+    text << "the next level would have more than " << options_.max_dof << " dof";
+    *why = text.str();
+    return false;
+  }
+  cells_ = static_cast<double>(next[0]) * next[1];
+  // Differences of meshes that are hardly different are no errors.
+  if (cells_ < kLeastGrowth * present && !report_.levels.empty()) sequence_ = before_;
+  if (solver_options_.time_limit_s > 0.0) {
+    const double needed = seconds * std::pow(cells_ / present, kTimeOrder);
+    if (solver_options_.time_limit_s - Since(start_) < needed) {
+      *why = "the next level does not fit into the time limit";
+      return false;
+    }
+  }
+  surface.divisions = next;
+  return true;
+}
+
+std::optional<double> AccuracyLoop::Total() const {
+  if (!report_.discretisation) return std::nullopt;
+  double total = *report_.discretisation + report_.solver.value_or(0.0);
+  if (asked_theory_ == Theory::kAuto) total += report_.theory.value_or(0.0);
+  return total;
+}
+
+double AccuracyLoop::SolverError(Answer* answer) {
+  ShellProblem* problem = answer->problem.get();
+  if (!problem->nonlinear() && dual_size_ > 0.0) {
+    // |z . g| <= max |z| * sum |g|, with the dual solutions of a coarser lattice.
+    const Equilibrium equilibrium = CheckEquilibrium(problem);
+    return dual_size_ * std::sqrt(3.0 * problem->displacements().cols()) *
+           equilibrium.relative_gradient * equilibrium.reference / problem->force_unit();
+  }
+  GoalResponse response;
+  if (!EvaluateGoalResponse(problem,
+                            answer->goals,
+                            solver_options_.backend,
+                            solver_options_.num_threads,
+                            &response)) {
+    return answer->summary.gradient_norm;
+  }
+  return response.solver_error;
+}
+
+void AccuracyLoop::Finish(const std::string& why, Answer* answer) {
+  std::ostringstream text;
+  text << "accuracy " << report_.target << (report_.reached ? " reached" : " not reached");
+  if (report_.estimate) {
+    text << ", estimated error " << *report_.estimate << ": discretisation "
+         << *report_.discretisation << ", solver " << report_.solver.value_or(0.0);
+    if (report_.theory) {
+      text << ", theory " << *report_.theory
+           << (asked_theory_ == Theory::kAuto ? "" : " (not counted: the scene asks for it)");
+    }
+  }
+  if (!why.empty()) text << "; " << why;
+  report_.message = text.str();
+  SolverSummary& summary = answer->summary;
+  summary.decisions.insert(summary.decisions.end(), decisions_.begin(), decisions_.end());
+  summary.decisions.push_back(report_.message);
+  if (!theory_reason_.empty()) summary.theory_reason = theory_reason_;
+  summary.setup_s = setup_s_;
+  summary.solve_s = solve_s_;
+}
+
+bool AccuracyLoop::Run(Answer* answer, std::string* error) {
+  SurfaceSpec& surface = scene_.surface;
+  proportion_ = static_cast<double>(surface.divisions[0]) / surface.divisions[1];
+  cells_ = std::min(kFirstCells, static_cast<double>(surface.divisions[0]) * surface.divisions[1]);
+  FindMultiples();
+  surface.divisions = Divisions();
+  const bool chooses_theory = asked_theory_ == Theory::kAuto && !HasOutsideForces() &&
+                              scene_.path.control == PathControl::kLoad;
+  if (chooses_theory) scene_.model.theory = Theory::kLinear;
+
+  Clock::time_point level_start = Clock::now();
+  const Outcome outcome = FirstAnswer(answer, error);
+  if (outcome != Outcome::kContinue) return outcome == Outcome::kDone;
+  if (!ChooseTheory(answer, error)) return false;
+  if (!answer->summary.IsConverged()) {
+    Finish("the first level did not converge: " + answer->summary.message, answer);
+    return true;
+  }
+  // From here on *answer has converged.
+  for (int solutions = 1;;) {
+    const bool first = report_.levels.empty();
+    ErrorSequence sequence = sequence_;
+    sequence.Add(answer->summary.elements, ValuesOf(answer->goals), SizesOf(answer->goals));
+    report_.discretisation = sequence.Estimate();
+    const bool stopped = solver_options_.stop != nullptr && solver_options_.stop->load();
+    if (report_.discretisation && *report_.discretisation <= report_.target) {
+      report_.solver = SolverError(answer);
+    }
+    report_.estimate = Total();
+    report_.reached = report_.estimate && *report_.estimate <= report_.target;
+    // As many cells, better placed?
+    const int most = first ? kFirstSolutions : kSolutions;
+    const bool improved = !report_.reached && !stopped && ImproveLattice(answer);
+    if (improved && solutions < most) {
+      Answer next;
+      std::string failure;
+      if (SolveOnce(&next, &failure) && next.summary.IsConverged() &&
+          (first || next.summary.elements > report_.levels.back().elements)) {
+        *answer = std::move(next);
+        ++solutions;
+        continue;
+      }
+    }
+    AccuracyLevel level;
+    const SurfaceSpec& solved = answer->problem->scene().surface;
+    level.divisions = solved.divisions;
+    level.dof = answer->summary.dof;
+    level.elements = answer->summary.elements;
+    level.quadrature = scene_.model.quadrature;
+    level.theory = answer->summary.theory;
+    level.solutions = solutions;
+    level.estimate = report_.discretisation;
+    level.seconds = Since(level_start);
+    if (first) first_surface_ = solved;
+    before_ = sequence_;
+    sequence_ = sequence;
+    report_.levels.push_back(level);
+    if (options_.on_level) options_.on_level(level);
+    if (report_.reached) {
+      Finish("", answer);
+      return true;
+    }
+    if (stopped) {
+      Finish("stopped by the user", answer);
+      return true;
+    }
+
+    double growth = kUnknownGrowth;
+    if (sequence_.Order()) {
+      const double room = kSafety * report_.target -
+                          (asked_theory_ == Theory::kAuto ? report_.theory.value_or(0.0) : 0.0);
+      const double lacks = *report_.discretisation / std::max(room, 0.1 * report_.target);
+      growth = std::clamp(std::pow(lacks, 1.0 / *sequence_.Order()), kLeastGrowth, kMostGrowth);
+    }
+    if (report_.levels.size() == 2) {
+      ChooseQuadrature(*answer, *report_.discretisation);
+    }
+    std::string why;
+    level_start = Clock::now();
+    if (!Grow(growth, level.seconds / level.solutions, &why)) {
+      Finish(why, answer);
+      return true;
+    }
+    Answer next;
+    std::string failure;
+    if (!SolveOnce(&next, &failure)) {
+      Finish("the next level failed: " + failure, answer);
+      return true;
+    }
+    if (!next.summary.IsConverged()) {
+      Finish("the next level did not converge: " + next.summary.message, answer);
+      return true;
+    }
+    *answer = std::move(next);
+    solutions = 1;
+  }
 }
 
 }  // namespace
@@ -73,74 +459,12 @@ bool SolveToAccuracy(const Scene& scene,
                      AccuracyReport* report,
                      std::string* error) {
   CHECK(scene.model.accuracy.has_value());
-  *report = AccuracyReport();
-  report->target = *scene.model.accuracy;
-  const Clock::time_point start = Clock::now();
-  Scene level_scene = scene;
-  SolverOptions level_options = solver_options;
-  std::vector<Quantities> quantities;
-  double setup_s = 0.0, solve_s = 0.0;
-  const auto end = [&](const std::string& why) {
-    std::ostringstream text;
-    text << "accuracy " << report->target << (report->reached ? " reached" : " not reached");
-    if (report->estimate) text << ", estimated error " << *report->estimate;
-    if (!why.empty()) text << ": " << why;
-    report->message = text.str();
-    summary->decisions.push_back(report->message);
-    summary->setup_s = setup_s;
-    summary->solve_s = solve_s;
-    return true;
-  };
-
-  while (true) {
-    const Clock::time_point level_start = Clock::now();
-    std::unique_ptr<ShellProblem> level_problem;
-    SolverSummary level_summary;
-    if (!Solve(level_scene, level_options, &level_problem, &level_summary, error)) {
-      if (report->levels.empty()) return false;
-      return end("the next level failed: " + *error);
-    }
-    setup_s += level_summary.setup_s;
-    solve_s += level_summary.solve_s;
-    const bool converged = level_summary.IsConverged();
-    if (!converged && !report->levels.empty()) {
-      return end("the next level did not converge: " + level_summary.message);
-    }
-    *problem = std::move(level_problem);
-    *summary = std::move(level_summary);
-    AccuracyLevel level;
-    level.divisions = level_scene.surface.divisions;
-    level.dof = summary->dof;
-    level.seconds = Since(level_start);
-    if (converged) {
-      quantities.push_back(QuantitiesOf(*summary));
-      if (quantities.size() > 1) level.estimate = Estimate(quantities);
-    }
-    report->estimate = level.estimate;
-    report->levels.push_back(level);
-    if (options.on_level) options.on_level(level);
-    if (!converged) return end("the first level did not converge: " + summary->message);
-    if (level.estimate && *level.estimate <= report->target) {
-      report->reached = true;
-      return end("");
-    }
-
-    if (solver_options.stop != nullptr && solver_options.stop->load()) {
-      return end("stopped by the user");
-    }
-    if (4.0 * level.dof > options.max_dof) {
-      std::ostringstream why;
-      why << "the next level would have more than " << options.max_dof << " dof";
-      return end(why.str());
-    }
-    if (solver_options.time_limit_s > 0.0) {
-      level_options.time_limit_s = solver_options.time_limit_s - Since(start);
-      if (level_options.time_limit_s < kTimeRatio * level.seconds) {
-        return end("the next level does not fit into the time limit");
-      }
-    }
-    for (int& divisions : level_scene.surface.divisions) divisions *= 2;
-  }
+  AccuracyLoop loop(scene, solver_options, options, report);
+  Answer answer;
+  if (!loop.Run(&answer, error)) return false;
+  *problem = std::move(answer.problem);
+  *summary = std::move(answer.summary);
+  return true;
 }
 
 }  // namespace darboux

@@ -13,19 +13,30 @@
 
 namespace darboux {
 
-// One resolution of a refinement.
+// One mesh of a refinement.
 struct AccuracyLevel {
-  std::array<int, 2> divisions{};
+  std::array<int, 2> divisions{};  // (0, 0) on meshes
   int dof = 0;
+  int elements = 0;
+  int quadrature = 0;
+  Theory theory = Theory::kAuto;  // the one used
+  int solutions = 1;              // on meshes of this size, the last of them the level's
   // Relative discretisation error of this level's answer; none on the first level, which has
   // nothing to be compared with.
   std::optional<double> estimate;
-  double seconds = 0.0;
+  double seconds = 0.0;  // of all its solutions, with what it took to choose its mesh
 };
 
 struct AccuracyReport {
   double target = 0.0;
-  std::optional<double> estimate;  // of the last level
+  // Relative errors of the goals (solver/goal_response.h), the worst of each kind, estimated:
+  std::optional<double> discretisation;  // of the last level, see ErrorSequence
+  std::optional<double> solver;          // where iterations ended
+  // What the nonlinear theory would change (solver/theory_error.h), in the linear theory; none in
+  // the nonlinear theory, and in the linear one with fingers or gas, where it is not known.
+  std::optional<double> theory;
+  // Their sum; without the theory's where the scene asks for the linear theory.
+  std::optional<double> estimate;
   bool reached = false;
   std::string message;  // why the refinement ended
   std::vector<AccuracyLevel> levels;
@@ -36,22 +47,25 @@ struct AccuracyOptions {
   std::function<void(const AccuracyLevel&)> on_level;  // after each level
 };
 
-// Solves a scene that names model.accuracy: at its divisions, at twice them, and so on, until the
-// estimated relative error is within the accuracy. For a quantity Q with the values Q_k,
+// Solves a scene that names model.accuracy so that the estimated relative error of its goals is
+// within the accuracy, at least cost as far as estimates tell, and certifies it. What the scene
+// does not say is chosen, each choice a line of summary->decisions:
 //
-//   estimate_k = |Q_k - Q_(k-1)| / ((2^p - 1) |Q_k|)        (Richardson)
-//
-// with the order p in the mesh size seen on the last three levels, no better than 2 and no worse
-// than 1/2, and 2 on the second level. The estimate of a level is the largest over the displacement
-// vectors of the probes, or where there are none over the largest displacement and the total
-// energy. A probe that moves less than 1e-4 of the largest displacement is measured against that:
-// a held point has no relative error. Only discretisation is estimated; what the linear theory
-// leaves out is weighed by `theory: auto` with the same number (SolverOptions::theory_tolerance).
+//   theory      linear first, on the first lattice; the nonlinear one where fingers, gas or a path
+//               ask for it, and where TheoryError is above half of the accuracy;
+//   lattice     begins with 64 cells in the proportions of `divisions`; where the scene names no
+//               grading, cells are moved where the error comes from and their numbers along u and v
+//               balanced (solver/adaptive_grading.h), up to three times on the first lattice and
+//               once more on every other, as long as that promises something;
+//   resolution  grows by what the estimate lacks: twice the cells while the order is not known, up
+//               to four times after that;
+//   quadrature  three points a triangle, or six where on the second lattice six move the goals by
+//               more than half of the estimated error.
 //
 // Ends early, and says so, where the next level has more than max_dof or does not fit into the
-// time that is left (each level takes about five times as long as the one before), where a level
-// does not converge and where options.stop is set. The answer is that of the finest level that
-// converged; where none did, the first one's. Times in *summary are the sums over all levels.
+// time that is left, where a level does not converge (one that has no predecessor is tried on finer
+// lattices first) and where options.stop is set. The answer is that of the finest level that
+// converged; where none did, the last one's. Times in *summary are the sums over all solutions.
 //
 // False and *error as of Solve. Requires scene.model.accuracy.
 bool SolveToAccuracy(const Scene& scene,

@@ -44,7 +44,7 @@ class Assembler {
  private:
   void AddRigid(const Eigen::Matrix<double, 1, 6>& row) {
     loads_->rigid_work += row.transpose();
-    loads_->rigid_scale += row.norm();
+    loads_->rigid_scale += row.stableNorm();  // Its square may be too small for a number.
   }
 
   template <typename Work>

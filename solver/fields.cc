@@ -126,26 +126,60 @@ ShellFields EvaluateFields(const ShellProblem& problem, const ElementPoint& at) 
 OutputMesh MakeOutputMesh(const ShellSurface& surface) {
   constexpr double kCorner[3][2] = {{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}};
   OutputMesh mesh;
-  // A corner is the pair of its vertex with itself, the middle of an edge that of its two ends: the
-  // control mesh knows what a seam joins.
+  // A corner is the pair of its number with itself, the middle of an edge that of its two ends: the
+  // surface knows what a seam joins, and which elements are half as large as their neighbours.
   std::map<std::pair<int, int>, int> index;
   for (int e = 0; e < surface.num_elements(); ++e) {
-    const std::array<int, 3>& triangle = surface.mesh().triangles[e];
-    const auto point = [&](int a, int b) {
-      const std::pair<int, int> key = std::minmax({triangle[a], triangle[b]});
-      const auto [it, is_new] = index.insert({key, static_cast<int>(mesh.points.size())});
-      if (is_new) {
-        mesh.points.push_back(
-            {e, 0.5 * (kCorner[a][0] + kCorner[b][0]), 0.5 * (kCorner[a][1] + kCorner[b][1])});
-      }
+    const auto add = [&](int from, int to, double s, double t) {
+      const auto [it, is_new] =
+          index.insert({std::minmax({from, to}), static_cast<int>(mesh.points.size())});
+      if (is_new) mesh.points.push_back({e, s, t});
       return it->second;
     };
-    const int a = point(0, 0), b = point(1, 1), c = point(2, 2);
-    const int ab = point(0, 1), bc = point(1, 2), ca = point(2, 0);
-    mesh.triangles.push_back({a, ab, ca});
-    mesh.triangles.push_back({ab, b, bc});
-    mesh.triangles.push_back({ca, bc, c});
-    mesh.triangles.push_back({ab, bc, ca});
+    std::array<int, 3> corner, middle;
+    // In the middle of the first and second half of an edge; -1: the edge is not cut there.
+    std::array<std::array<int, 2>, 3> quarter;
+    for (int k = 0; k < 3; ++k) {
+      corner[k] = add(surface.Corner(e, k), surface.Corner(e, k), kCorner[k][0], kCorner[k][1]);
+    }
+    for (int k = 0; k < 3; ++k) {
+      const int l = (k + 1) % 3;
+      const int a = surface.Corner(e, k), b = surface.Corner(e, l);
+      const int hanging = surface.HangingCorner(e, k);
+      const auto at = [&](double f, int from, int to) {
+        return add(from,
+                   to,
+                   (1.0 - f) * kCorner[k][0] + f * kCorner[l][0],
+                   (1.0 - f) * kCorner[k][1] + f * kCorner[l][1]);
+      };
+      if (hanging < 0) {
+        middle[k] = at(0.5, a, b);
+        quarter[k] = {-1, -1};
+      } else {
+        middle[k] = at(0.5, hanging, hanging);
+        quarter[k] = {at(0.25, a, hanging), at(0.75, hanging, b)};
+      }
+    }
+    for (int k = 0; k < 3; ++k) {
+      // The part at a corner: corner, p, middle, other middle, q.
+      const int last = (k + 2) % 3;
+      const int a = corner[k], b = middle[k], c = middle[last];
+      const int p = quarter[k][0], q = quarter[last][1];
+      if (p < 0 && q < 0) {
+        mesh.triangles.push_back({a, b, c});
+      } else if (q < 0) {
+        mesh.triangles.push_back({a, p, c});
+        mesh.triangles.push_back({p, b, c});
+      } else if (p < 0) {
+        mesh.triangles.push_back({a, b, q});
+        mesh.triangles.push_back({b, c, q});
+      } else {
+        mesh.triangles.push_back({a, p, q});
+        mesh.triangles.push_back({p, b, q});
+        mesh.triangles.push_back({b, c, q});
+      }
+    }
+    mesh.triangles.push_back({middle[0], middle[1], middle[2]});
   }
   return mesh;
 }

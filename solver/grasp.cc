@@ -14,6 +14,14 @@
 namespace darboux {
 namespace {
 
+// For messages, in any unit.
+std::string Short(double value) {
+  std::ostringstream text;
+  text.precision(4);
+  text << value;
+  return text.str();
+}
+
 // Penalty of contact relative to the shell through its thickness, E/h. The multipliers take up what
 // it lets in. Ten times as stiff, a ball between two spheres takes 35 iterations instead of 58, but
 // one between two plates, whose contact points come and go, 403 instead of 58.
@@ -180,6 +188,22 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
     finger->normal_before = n.dot(contact.direction) > 0.0 ? n : Eigen::Vector3d(-n);
     return true;
   }
+  // A finger smaller than the elements would pass between their vertices and centres.
+  const Ball ball = contact.pose.Bounds(*contact.shape);
+  const double reach = ball.radius + contact.offset;
+  for (int e = 0; e < surface.num_elements() && std::isfinite(reach); ++e) {
+    const double size = ElementSize(e);
+    const Eigen::Vector3d arm = Position({e, 1.0 / 3.0, 1.0 / 3.0}) - ball.center;
+    if (size <= reach || arm.cross(contact.direction).norm() > size + reach) continue;
+    constexpr double kParts = 3.0, kMost = 64.0;
+    const int parts = static_cast<int>(std::min(std::ceil(kParts * size / reach), kMost));
+    for (int j = 0; j <= parts; ++j) {
+      for (int i = 0; i + j <= parts; ++i) {
+        places.push_back({e, i / (1.0 * parts), j / (1.0 * parts)});
+        points.push_back(Position(places.back()));
+      }
+    }
+  }
   // Where it touches first, then once more between ever nearer points there.
   constexpr int kPasses = 3;
   for (int pass = 0; pass < kPasses; ++pass) {
@@ -198,7 +222,8 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
       const double size = ElementSize(near.element);
       constexpr int kParts = 12;
       for (int e = 0; e < surface.num_elements(); ++e) {
-        if ((Position({e, 1.0 / 3.0, 1.0 / 3.0}) - x).norm() > 1.5 * size) continue;
+        const double larger = std::max(size, ElementSize(e));
+        if ((Position({e, 1.0 / 3.0, 1.0 / 3.0}) - x).norm() > 1.5 * larger) continue;
         for (int j = 0; j <= kParts; ++j) {
           for (int i = 0; i + j <= kParts; ++i) {
             places.push_back({e, i / (1.0 * kParts), j / (1.0 * kParts)});
@@ -685,13 +710,23 @@ std::string Grasp::Fault() const {
       // Contact points lie beside the place that it touched first.
       constexpr double kAllowance = 2.0;
       if (std::abs(report.travel) <= kAllowance * std::max(0.0, finger.gap)) continue;
-      return "finger " + report.name + " has travelled " + std::to_string(report.travel) +
+      return "finger " + report.name + " has travelled " + Short(report.travel) +
              " without touching the shell";
     }
     const double sign = report.travel > 0.0 ? 1.0 : -1.0;
     if (sign * report.normal.dot(finger.contact.direction) <= 0.0) {
       return "finger " + report.name + " has come through the shell";
     }
+  }
+  return "";
+}
+
+std::string Grasp::FaultAtTheEnd() const {
+  for (const FingerReport& report : Report(1.0)) {
+    if (report.travel == 0.0 || report.contact_points > 0) continue;
+    return "finger " + report.name + " has travelled " + Short(report.travel) +
+           " without any contact: the contact points nearest to where it touches lie " +
+           Short(report.gap) + " off its way; finer elements or more travel";
   }
   return "";
 }

@@ -181,6 +181,8 @@ class Grasp {
   // Empty, or why the present state is none that fingers can have brought about: a finger that has
   // travelled without any contact, or that has come through the shell.
   std::string Fault() const;
+  // The same at full load, where also a finger that has only come near is no success.
+  std::string FaultAtTheEnd() const;
 
   // Contact's residuals r near the present state, linear in the displacements: r - c.du, of the
   // points in contact (r > 0) and of those nearer to a finger than `reach`. Not of fingers whose

@@ -149,9 +149,11 @@ bool SolveLinearByCeres(ShellProblem* problem,
 
 // The linear theory by one factorisation of our own; multipliers of the supports and refinement
 // cost a pair of triangular solves each. Ceres' problem checks the result. False also where the
-// matrix is not positive definite, with an empty message: Ceres may know better.
+// matrix is not positive definite, with an empty message: Ceres may know better. A factorisation
+// cannot be stopped; it is not begun where time is up.
 bool SolveLinearDirectly(ShellProblem* problem,
                          const SolverOptions& options,
+                         const Deadline& deadline,
                          int* iterations,
                          Equilibrium* equilibrium,
                          std::string* message) {
@@ -169,6 +171,7 @@ bool SolveLinearDirectly(ShellProblem* problem,
   if (!tangent.Evaluate(request)) return false;
   cholesky->SetUpdate(tangent.update_vectors(), tangent.update_weights());
   cholesky->Analyze(tangent.matrix());
+  if (deadline.Stopped() || deadline.TimedOut()) return false;
   if (!cholesky->Factorize(tangent.matrix())) return false;
   request.matrix = false;
   *iterations = 1;
@@ -188,6 +191,7 @@ bool SolveLinearDirectly(ShellProblem* problem,
     if (next <= kHeld * size) break;
     if (change > kSlow * previous && change <= kHeldSlowly * size) break;
     previous = change;
+    if (deadline.Stopped() || deadline.TimedOut()) break;
   }
   *equilibrium = CheckEquilibrium(problem);
   return AcceptLinear(problem, options, *equilibrium, message);
@@ -248,9 +252,16 @@ bool SolveLinear(ShellProblem* problem,
                  Equilibrium* equilibrium,
                  std::string* message) {
   if (problem->scene().model.minimizer != Minimizer::kCeres) {
-    if (SolveLinearDirectly(problem, options, iterations, equilibrium, message)) return true;
+    if (SolveLinearDirectly(problem, options, deadline, iterations, equilibrium, message)) {
+      return true;
+    }
     problem->displacements().setZero();
     problem->SetMultipliers(std::vector<double>(problem->multipliers().size(), 0.0));
+  }
+  if (deadline.Stopped() || deadline.TimedOut()) {
+    *equilibrium = CheckEquilibrium(problem);
+    *message = deadline.Stopped() ? "stopped by the user" : "time limit reached";
+    return false;
   }
   return SolveLinearByCeres(problem, options, deadline, iterations, equilibrium, message);
 }

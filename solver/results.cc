@@ -470,11 +470,18 @@ Json ToJson(const AccuracyReport& accuracy) {
   for (const AccuracyLevel& level : accuracy.levels) {
     levels.push_back({{"divisions", level.divisions},
                       {"dof", level.dof},
+                      {"elements", level.elements},
+                      {"quadrature", level.quadrature},
+                      {"theory", ToString(level.theory)},
+                      {"solutions", level.solutions},
                       {"estimate", Optional(level.estimate)},
                       {"seconds", level.seconds}});
   }
   return {{"target", accuracy.target},
           {"estimate", Optional(accuracy.estimate)},
+          {"discretisation", Optional(accuracy.discretisation)},
+          {"solver", Optional(accuracy.solver)},
+          {"theory", Optional(accuracy.theory)},
           {"reached", accuracy.reached},
           {"message", accuracy.message},
           {"levels", std::move(levels)}};

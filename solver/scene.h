@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "geometry/expression.h"
+#include "geometry/grading_map.h"
+#include "geometry/hierarchical_mesh.h"
 #include "geometry/parametric_surface.h"
 #include "geometry/triangle_mesh.h"
 
@@ -33,13 +35,25 @@ struct SceneVector {
   std::array<SceneValue, 3> component;
 };
 
+// surface.refine_near: what lies within `radius` of `center` is refined `levels` times.
+struct RefineNearSpec {
+  std::array<double, 3> center{};
+  double radius = 0.0;
+  int levels = 1;
+  SceneLocation location;
+};
+
 struct SurfaceSpec {
   std::string kind;                                  // plane, cylinder, ...
   std::shared_ptr<const ParametricSurface> surface;  // null for kinds that are meshes
   // mesh, icosphere, implicit: control points of a Loop surface, or points that it passes through.
   std::shared_ptr<const TriangleMesh> mesh;
   bool interpolate = false;
-  bool is_open = true;              // has a boundary; meshes only
+  bool is_open = true;  // has a boundary; meshes only
+  // Refined locally (geometry/hierarchical_mesh.h), which leaves the rest surface as it is:
+  // triangles of `mesh` and their children by their numbers, null: none; and those near points.
+  std::shared_ptr<const MeshRefinement> refinement;
+  std::vector<RefineNearSpec> refine_near;
   std::vector<std::string> mended;  // what ReadOptions::repair did to the mesh, one line each
   // The others are for parametric kinds only.
   std::array<double, 2> u_range{0.0, 1.0};
@@ -47,6 +61,9 @@ struct SurfaceSpec {
   std::array<int, 2> divisions{16, 16};  // cells; each cell is two triangles
   std::array<bool, 2> periodic{false, false};
   std::array<double, 2> grading{0.0, 0.0};  // -1 < g < 1, see data/README.md
+  // Instead of `grading` where not the identity: what model.accuracy has chosen.
+  std::array<GradingMap, 2> grading_maps;
+  bool divisions_given = false, grading_given = false;  // by the scene; else defaults
   SceneLocation location;
 };
 
@@ -55,6 +72,7 @@ struct ShellSpec {
   double young_modulus = 0.0;
   double poisson_ratio = 0.0;
   double density = 0.0;  // mass per volume; gravity only
+  SceneLocation location;
 };
 
 enum class Minimizer { kAuto, kMip, kCeres, kCg };
@@ -71,7 +89,8 @@ struct ModelSpec {
   Minimizer minimizer = Minimizer::kAuto;
   Theory theory = Theory::kAuto;
   Strains strains = Strains::kKoiter;
-  int quadrature = 3;  // points per triangle: 1, 3, 6, 12
+  int quadrature = 3;             // points per triangle: 1, 3, 6, 12
+  bool quadrature_given = false;  // by the scene; else the default
   BoundaryRule boundary_rule = BoundaryRule::kIndependent;
   Unstable unstable = Unstable::kReport;
   std::optional<double> accuracy;  // target relative error of the probes

@@ -210,6 +210,7 @@ bool SceneParser::ReadRoot(const YamlField& root) {
 
 bool SceneParser::ReadShell(const YamlField& field) {
   ShellSpec& shell = scene_.shell;
+  shell.location = Location(field);
   YamlMap map;
   if (!OpenMap(field, "a map with thickness, young_modulus, poisson_ratio", &map) ||
       !CheckKeys(map, {"thickness", "young_modulus", "poisson_ratio", "density"}) ||
@@ -251,6 +252,7 @@ bool SceneParser::ReadModel(const YamlField& field) {
     } else if (key == "unstable") {
       valid = ReadOption(entry, UnstableChoices(), &model.unstable);
     } else if (key == "quadrature") {
+      model.quadrature_given = true;
       valid = ReadInteger(entry, kQuadratureAllowed, &model.quadrature) &&
               (IsQuadrature(model.quadrature) || Fail(entry, Describe(entry), kQuadratureAllowed));
     } else {

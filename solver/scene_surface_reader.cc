@@ -55,6 +55,7 @@ std::string FormatPoint(const Eigen::Vector3d& x) {
 
 constexpr int kMaxFrequency = 400;
 constexpr int kMaxRefine = 6;
+constexpr int kMaxRefineNear = 10;
 constexpr std::size_t kMaxMessage = 1000;
 
 const char* const kSideNames[] = {"u_min", "u_max", "v_min", "v_max", "rim"};
@@ -86,7 +87,8 @@ bool SurfaceReader::ReadSurface(const YamlField& field) {
     return false;
   }
   if (IsMeshKind(surface_.kind)) {
-    return CheckKindKeys(map, SurfaceKeys(), {"kind", "fit", "refine"}, surface_.kind) &&
+    return CheckKindKeys(
+               map, SurfaceKeys(), {"kind", "fit", "refine", "refine_near"}, surface_.kind) &&
            ReadMeshSurface(map);
   }
   return CheckKindKeys(map,
@@ -170,6 +172,8 @@ bool SurfaceReader::ReadMeshSurface(const YamlMap& map) {
     if (!ReadInteger(*refine, allowed, &levels)) return false;
     if (levels < 0 || levels > kMaxRefine) return Fail(*refine, Describe(*refine), allowed);
   }
+  const YamlField* const near = map.Find("refine_near");
+  if (near != nullptr && !ReadRefineNear(*near)) return false;
   auto mesh = std::make_shared<TriangleMesh>();
   const bool is_read = kind == "mesh"       ? ReadMeshFile(map, mesh.get())
                        : kind == "implicit" ? ReadImplicit(map, mesh.get())
@@ -317,6 +321,33 @@ bool SurfaceReader::Refine(const YamlField& field, int levels, TriangleMesh* mes
   return true;
 }
 
+bool SurfaceReader::ReadRefineNear(const YamlField& field) {
+  constexpr char kAllowed[] = "a list of {near: [x, y, z], radius: r, levels: n}";
+  const std::string levels_allowed = "an integer from 1 to " + std::to_string(kMaxRefineNear);
+  std::vector<YamlField> items;
+  if (!OpenList(field, -1, kAllowed, &items)) return false;
+  for (const YamlField& item : items) {
+    RefineNearSpec spec;
+    YamlMap map;
+    YamlField near, levels;
+    spec.location = Location(item);
+    if (!OpenMap(item, "{near: [x, y, z], radius: r, levels: n}", &map) ||
+        !CheckKeys(map, {"near", "radius", "levels"}) ||
+        !Require(map, "near", kVectorAllowed, &near) ||
+        !ReadNumbers(near, 3, kVectorAllowed, kAnyNumber, spec.center.data()) ||
+        !RequireNumber(map, "radius", kNotNegativeNumber, &spec.radius) ||
+        !Require(map, "levels", levels_allowed, &levels) ||
+        !ReadInteger(levels, levels_allowed, &spec.levels)) {
+      return false;
+    }
+    if (spec.levels < 1 || spec.levels > kMaxRefineNear) {
+      return Fail(levels, Describe(levels), levels_allowed);
+    }
+    surface_.refine_near.push_back(std::move(spec));
+  }
+  return true;
+}
+
 bool SurfaceReader::ReadGrid(const YamlMap& map) {
   SurfaceSpec& spec = surface_;
   for (int i = 0; i < 2; ++i) {
@@ -358,7 +389,9 @@ bool SurfaceReader::ReadGrid(const YamlMap& map) {
         allowed);
   }
 
+  spec.divisions_given = true;
   if (const YamlField* grading = map.Find("grading")) {
+    spec.grading_given = true;
     if (!ReadNumbers(*grading,
                      2,
                      "a list of two numbers in (-1, 1), [u, v]",

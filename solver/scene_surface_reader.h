@@ -60,6 +60,7 @@ class SurfaceReader : public YamlReader {
   bool ReadImplicit(const YamlMap& map, TriangleMesh* mesh);
   bool ReadIcosphere(const YamlMap& map, TriangleMesh* mesh);
   bool Refine(const YamlField& field, int levels, TriangleMesh* mesh);
+  bool ReadRefineNear(const YamlField& field);
   bool ReadGrid(const YamlMap& map);
   bool CheckSurface(const YamlMap& map);
 

@@ -20,6 +20,8 @@
 #include "costs/strain_derivatives.h"
 #include "costs/support.h"
 #include "geometry/quadrature.h"
+#include "solver/magnitudes.h"
+#include "solver/mesh_surface.h"
 #include "solver/parallel_for.h"
 
 namespace darboux {
@@ -76,29 +78,14 @@ Eigen::Matrix<double, 3, 2> PlaneBasis(const Eigen::Vector3d& n) {
 // Null and *error where a mesh has no smooth Loop surface.
 std::unique_ptr<ShellSurface> MakeSurface(const Scene& scene, std::string* error) {
   const SurfaceSpec& spec = scene.surface;
-  if (spec.mesh != nullptr) {
-    LoopMesh mesh = MakeLoopMesh(*spec.mesh);
-    const auto fail = [&](const std::string& problem) {
-      const SceneLocation& at = spec.location;
-      *error = at.file + ":" + std::to_string(at.line) + ": " + at.key + ": " + problem;
-      return nullptr;
-    };
-    if (spec.interpolate && !InterpolatePoints(&mesh)) {
-      return fail("found points that no Loop surface passes through; allowed fit: control");
-    }
-    const int vertex = FindSingularVertex(mesh);
-    if (vertex >= 0) {
-      return fail("found no tangent plane of the Loop surface at vertex " + std::to_string(vertex) +
-                  "; allowed a mesh without cusps and needles");
-    }
-    return std::make_unique<ShellSurface>(std::move(mesh));
-  }
+  if (spec.mesh != nullptr) return MakeMeshSurface(spec, error);
   ParameterDomain::Options domain;
   domain.u_range = spec.u_range;
   domain.v_range = spec.v_range;
   domain.divisions = spec.divisions;
   domain.periodic = spec.periodic;
   domain.grading = spec.grading;
+  domain.maps = spec.grading_maps;
   return std::make_unique<ShellSurface>(spec.surface,
                                         domain,
                                         scene.model.boundary_rule == BoundaryRule::kSeedGhosts
@@ -208,6 +195,12 @@ std::unique_ptr<ShellProblem> ShellProblem::Create(const Scene& scene,
       new ShellProblem(scene, material, options, std::move(surface)));
   problem->dead_loads_ = AssembleDeadLoads(
       scene, *problem->surface_, options.nonlinear, problem->frame_, options.num_threads);
+  const double size = problem->frame_.length;
+  Magnitudes magnitudes{size, problem->force_unit_, problem->dead_loads_.rigid_scale};
+  if (const LoadSpec* const gas = FindGas(scene)) {
+    magnitudes.loads += (std::abs(gas->gauge_pressure) + gas->ambient_pressure) * size * size;
+  }
+  if (!CheckMagnitudes(scene, magnitudes, error)) return nullptr;
   problem->dead_loads_.force /= problem->force_unit_;
   SupportConditions supports;
   if (!MakeSupportConditions(scene,

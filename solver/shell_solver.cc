@@ -14,6 +14,7 @@
 
 #include "solver/gas_start.h"
 #include "solver/load_stepping.h"
+#include "solver/mesh_surface.h"
 #include "solver/minimisation.h"
 #include "solver/parallel_for.h"
 #include "solver/path_following.h"
@@ -182,6 +183,14 @@ void FindExtremes(const ShellProblem& problem, int num_threads, SolverSummary* s
   summary->max_membrane_strain = *std::max_element(largest_strain.begin(), largest_strain.end());
   summary->max_rotation = *std::max_element(largest_rotation.begin(), largest_rotation.end());
 
+  constexpr double kFar = 1.0;  // rad
+  if (!problem.nonlinear() && summary->max_rotation > kFar) {
+    std::ostringstream line;
+    line << "beyond the linear theory: it takes rotations for small, here they reach "
+         << summary->max_rotation << " rad; its answer is proportional to the loads, no more";
+    summary->decisions.push_back(line.str());
+  }
+
   // A strip of St. Venant-Kirchhoff material of l times its length resists with E h l (1 - l^2) /
   // 2: most at l = 1/sqrt(3), Green strain -1/3, less beyond, not at all at l = 0, Green strain
   // -1/2.
@@ -197,6 +206,19 @@ void FindExtremes(const ShellProblem& problem, int num_threads, SolverSummary* s
          << ") at rest; past -1/3 the St. Venant-Kirchhoff material gives way (-1/2: no length is"
             " left) and is no model; spread a force over about a thickness or take coarser cells"
             " under it";
+    summary->decisions.push_back(line.str());
+  }
+}
+
+// A finger begins to push when it reaches the contact points beside the place it touches first.
+void NoteGaps(SolverSummary* summary) {
+  constexpr double kNoticed = 0.01;  // of the travel
+  for (const FingerReport& finger : summary->steps.back().fingers) {
+    if (finger.gap <= kNoticed * std::abs(finger.travel)) continue;
+    std::ostringstream line;
+    line << "finger " << finger.name << ": the contact points nearest to where it touches lie "
+         << finger.gap << " off its way, of a travel of " << finger.travel
+         << "; finer elements bring them nearer";
     summary->decisions.push_back(line.str());
   }
 }
@@ -270,9 +292,15 @@ bool FitsIntoMemory(const Scene& scene, std::string* error) {
   // Measured 20 kB per dof at 1e5 dof (tests/linear_solve_benchmark.cc); the factor's share grows.
   constexpr double kBytesPerDof = 2e4;
   const SurfaceSpec& surface = scene.surface;
-  const double dof = surface.mesh != nullptr
-                         ? 3.0 * surface.mesh->vertices.size()
-                         : 3.0 * (surface.divisions[0] + 3.0) * (surface.divisions[1] + 3.0);
+  double dof = surface.mesh != nullptr
+                   ? 3.0 * surface.mesh->vertices.size()
+                   : 3.0 * (surface.divisions[0] + 3.0) * (surface.divisions[1] + 3.0);
+  if (surface.mesh != nullptr && IsRefinedLocally(surface)) {
+    // Without the solve for control points, which move what is near a point by little.
+    const auto mesh = RefineBaseMesh(surface, MakeLoopMesh(*surface.mesh), error);
+    if (mesh == nullptr) return false;
+    dof = 3.0 * mesh->mesh().mesh.num_vertices;
+  }
   const double needed = kBytesPerDof * dof;
   const double present = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGESIZE);
   if (needed <= present) return true;
@@ -586,6 +614,10 @@ bool Solve(const Scene& scene,
       converged = result.converged;
       equilibrium = result.equilibrium;
       message = result.message;
+      if (converged && step == scene.steps && nonlinear->grasp() != nullptr) {
+        message = nonlinear->grasp()->FaultAtTheEnd();
+        converged = message.empty();
+      }
       RecordStep(nonlinear,
                  nonlinear->load_factor(),
                  result.iterations + (step == 1 ? linear_iterations + inflation_iterations : 0),
@@ -609,6 +641,7 @@ bool Solve(const Scene& scene,
     }
   }
   summary->solve_s += Since(start) - solve_start;
+  NoteGaps(summary);
   terminate(converged, message);
   Finish(nonlinear, options, equilibrium, summary);
   return true;

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "geometry/quadrature.h"
@@ -186,16 +187,41 @@ void AddSide(const SupportSpec& support,
 std::vector<ElementPoint> LatticePoints(const ShellSurface& surface, int parts) {
   if (parts == 1) return surface.vertex_points();
   std::vector<ElementPoint> points;
+  // What elements share: the ends of the edge and the number on it, from the lower end.
+  std::set<std::array<int, 3>> seen;
   for (int e = 0; e < surface.num_elements(); ++e) {
-    // Interior points and, of what elements share, the first part of each edge by its vertices'
-    // order.
-    const std::array<int, 3>& triangle = surface.mesh().triangles[e];
+    const auto is_new = [&](int edge, int number) {
+      int a = surface.Corner(e, edge), b = surface.Corner(e, (edge + 1) % 3);
+      const int middle = surface.HangingCorner(e, edge);
+      if (middle >= 0) {  // On one of the edges of the elements across.
+        number *= 2;
+        if (number < parts) {
+          b = middle;
+        } else {
+          a = middle;
+          number -= parts;
+        }
+      }
+      if (a > b) {
+        std::swap(a, b);
+        number = parts - number;
+      }
+      if (number == 0) b = a;
+      if (number == parts) {
+        a = b;
+        number = 0;
+      }
+      return seen.insert({a, b, number}).second;
+    };
     for (int j = 0; j <= parts; ++j) {
       for (int i = 0; i + j <= parts; ++i) {
-        const bool on_edge[3] = {j == 0, i + j == parts, i == 0};  // AB, BC, CA
-        bool own = true;
-        for (int k = 0; k < 3; ++k) {
-          if (on_edge[k] && triangle[k] > triangle[(k + 1) % 3]) own = false;
+        bool own = true;  // AB, BC, CA
+        if (j == 0) {
+          own = is_new(0, i);
+        } else if (i + j == parts) {
+          own = is_new(1, j);
+        } else if (i == 0) {
+          own = is_new(2, parts - j);
         }
         if (own) {
           points.push_back({e, static_cast<double>(i) / parts, static_cast<double>(j) / parts});

@@ -1,22 +1,16 @@
 // The tool as its users meet it: command line in, exit status and files out.
 
-#include <fcntl.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -24,6 +18,7 @@
 #include "geometry/mesh_io.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/tool_util.h"
 
 namespace darboux {
 namespace {
@@ -74,114 +69,13 @@ std::string MeshScene(const std::string& surface) {
          "loads: [{kind: pressure, value: 1}]\n";
 }
 
-std::string ReadFile(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
-
-std::set<std::string> FilesIn(const fs::path& folder) {
-  std::set<std::string> names;
-  if (!fs::exists(folder)) return names;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    names.insert(entry.path().filename().string());
-  }
-  return names;
-}
-
-class DarbouxDeformTest : public ::testing::Test {
+class DarbouxDeformTest : public ToolTest {
  protected:
   void SetUp() override {
-    const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(::testing::TempDir()) /
-              ("darboux_deform_" + std::string(info->name()) + "_" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_ / "tmp");
+    ToolTest::SetUp();
     Scene("plate.yaml", kPlate);
   }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  // Writes a scene; returns its path.
-  std::string Scene(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
-  }
   std::string Plate() const { return (folder_ / "plate.yaml").string(); }
-  fs::path Out() const { return folder_ / "out"; }
-  std::string OutFlag() const { return "--out=" + Out().string(); }
-  Json Summary() const { return Json::parse(ReadFile(Out() / "summary.json"), nullptr, false); }
-  std::string Stdout() const { return ReadFile(folder_ / "stdout"); }
-  std::string Stderr() const { return ReadFile(folder_ / "stderr"); }
-
-  // Starts the tool in folder_, with a folder for temporary files that is watched.
-  pid_t Start(const std::vector<std::string>& arguments) {
-    std::vector<std::string> words = {DARBOUX_DEFORM};
-    words.insert(words.end(), arguments.begin(), arguments.end());
-    std::vector<char*> argv;
-    for (std::string& word : words) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    const std::string out = (folder_ / "stdout").string(), err = (folder_ / "stderr").string();
-    const std::string temporary = (folder_ / "tmp").string();
-    fs::remove(err);  // Nobody shall read what an earlier run said.
-    const pid_t pid = fork();
-    if (pid != 0) return pid;
-    setenv("TMPDIR", temporary.c_str(), 1);
-    const int out_file = open(out.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644);
-    const int err_file = open(err.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644);
-    dup2(out_file, STDOUT_FILENO);
-    dup2(err_file, STDERR_FILENO);
-    if (chdir(folder_.c_str()) != 0) _exit(126);
-    execv(argv[0], argv.data());
-    _exit(127);
-  }
-
-  // Exit status; 128 + number where a signal ended it.
-  static int Wait(pid_t pid) {
-    int status = 0;
-    EXPECT_EQ(waitpid(pid, &status, 0), pid);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  }
-
-  int Run(const std::vector<std::string>& arguments) {
-    const int status = Wait(Start(arguments));
-    EXPECT_TRUE(FilesIn(folder_ / "tmp").empty()) << "a file outside --out";
-    return status;
-  }
-
-  // Waits until the tool has reported a load step.
-  void WaitForAStep() const {
-    for (int i = 0; i < 6000 && Stderr().find("step 1/") == std::string::npos; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    ASSERT_THAT(Stderr(), HasSubstr("step 1/"));
-  }
-
-  // All files of `steps` load steps are there, complete and finite.
-  void ExpectCompleteResults(size_t steps) const {
-    std::set<std::string> names = {
-        "summary.json", "shell.vtu", "shell.pvd", "deformed.ply", "history.csv"};
-    for (size_t i = 1; i <= steps; ++i) {
-      const std::string number = std::to_string(i);
-      names.insert("shell_" + std::string(number.size() < 4 ? 4 - number.size() : 0, '0') + number +
-                   ".vtu");
-    }
-    EXPECT_EQ(FilesIn(Out()), names);
-    for (const std::string& name : names) {
-      const std::string text = ReadFile(Out() / name);
-      EXPECT_FALSE(text.empty()) << name;
-      if (name.find(".vtu") != std::string::npos || name == "shell.pvd") {
-        EXPECT_THAT(text.substr(text.size() - 11), "</VTKFile>\n") << name;
-      }
-      if (name == "history.csv" || name == "summary.json") {
-        EXPECT_EQ(text.find("nan"), std::string::npos);
-        EXPECT_EQ(text.find("inf,"), std::string::npos);
-      }
-    }
-    const Json summary = Summary();
-    ASSERT_TRUE(summary.is_object());
-    EXPECT_EQ(summary["load_steps"].size(), steps);
-  }
-
-  fs::path folder_;
 };
 
 TEST_F(DarbouxDeformTest, ConvergedSceneWhoseExpectationsHoldExitsWithZero) {
@@ -415,7 +309,7 @@ TEST_F(DarbouxDeformTest, AccuracyIsReportedAndDecidesTheStatus) {
   text.replace(text.find("theory: linear"), 14, "theory: linear, accuracy: 0.001");
   EXPECT_EQ(Run({Scene("fine.yaml", text), OutFlag()}), 0) << Stderr();
   EXPECT_EQ(Summary()["accuracy"]["reached"], true);
-  EXPECT_THAT(Stdout(), HasSubstr("level    32 x 32"));
+  EXPECT_THAT(Stdout(), HasSubstr("level    12 x 12"));
   text.replace(text.find("0.001"), 5, "1.0e-14");
   EXPECT_EQ(Run({Scene("finer.yaml", text), OutFlag(), "--divisions=4,4", "--time_limit=1"}), 1);
   EXPECT_EQ(Summary()["accuracy"]["reached"], false);

@@ -359,5 +359,32 @@ TEST(ParameterDomainDeathTest, ImpossibleOptionsAreBrokenInvariants) {
   EXPECT_EQ(domain.VertexIndex(3, -1), -1);
 }
 
+TEST(ParameterDomainMapTest, ParametersFollowTheMapsAndBack) {
+  ParameterDomain::Options options = MakeOptions({6, 7}, {true, false});
+  options.maps = {GradingMap({0.0, -1.0, -2.0, -1.0, 0.0}, true),
+                  GradingMap({-1.0, 0.0, 0.3, 0.1, -2.0}, false)};
+  const ParameterDomain domain(options);
+  for (int d = 0; d < 2; ++d) {
+    const auto& range = d == 0 ? options.u_range : options.v_range;
+    const double length = range[1] - range[0];
+    const double step = 1.0 / options.divisions[d];
+    for (const double q : {0.0, 0.4, 2.0, 3.7, 6.0}) {
+      const auto x = options.maps[d].Evaluate(q * step);
+      const auto parameter = domain.Parameter(d, q);
+      double unit = length;
+      for (int i = 0; i < 4; ++i, unit *= step) {
+        const double expected = (i == 0 ? range[0] : 0.0) + unit * x[i];
+        EXPECT_NEAR(parameter[i], expected, 1e-14 * (std::abs(expected) + length));
+      }
+      if (q < options.divisions[d]) {
+        EXPECT_NEAR(domain.LatticeCoordinate(d, parameter[0]), q, 1e-12);
+      }
+    }
+  }
+  // Once around a periodic parameter is where it began.
+  const double u = domain.Parameter(0, 1.3)[0];
+  EXPECT_NEAR(domain.LatticeCoordinate(0, u + 5.0), 1.3, 1e-12);
+}
+
 }  // namespace
 }  // namespace darboux

@@ -30,6 +30,8 @@
 #include "solver/scene_reader.h"
 #include "solver/shell_problem.h"
 #include "solver/shell_solver.h"
+#include "tests/file_util.h"
+#include "tests/vtu_util.h"
 
 namespace darboux {
 namespace {
@@ -99,20 +101,6 @@ Solved SolveScene(const Scene& scene) {
   return solved;
 }
 
-std::string ReadFile(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  EXPECT_TRUE(file.is_open()) << path;
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
-
-std::set<std::string> FilesIn(const fs::path& folder) {
-  std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    names.insert(entry.path().filename().string());
-  }
-  return names;
-}
-
 // A folder of its own for every test.
 class ResultsTest : public ::testing::Test {
  protected:
@@ -137,135 +125,6 @@ class ResultsTest : public ::testing::Test {
 };
 
 // ---- Readers of the written files -----------------------------------------------------------
-
-std::string DecodeBase64(const std::string& text) {
-  const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  EXPECT_EQ(text.size() % 4, 0u);
-  std::string bytes;
-  for (size_t i = 0; i + 4 <= text.size(); i += 4) {
-    std::uint32_t group = 0;
-    int padding = 0;
-    for (size_t k = 0; k < 4; ++k) {
-      const size_t digit = digits.find(text[i + k]);
-      if (text[i + k] == '=') ++padding;
-      EXPECT_TRUE(digit != std::string::npos || text[i + k] == '=');
-      group = group << 6 | static_cast<std::uint32_t>(digit == std::string::npos ? 0 : digit);
-    }
-    for (int k = 0; k < 3 - padding; ++k) bytes += static_cast<char>(group >> (16 - 8 * k) & 255);
-  }
-  return bytes;
-}
-
-template <typename T>
-T ValueAt(const std::string& bytes, size_t offset) {
-  T value{};
-  EXPECT_LE(offset + sizeof(T), bytes.size());
-  std::memcpy(&value, bytes.data() + offset, sizeof(T));
-  return value;
-}
-
-struct XmlElement {
-  std::string path;  // VTKFile/UnstructuredGrid/...
-  std::map<std::string, std::string> attributes;
-  std::string text;  // up to the next tag
-};
-
-// Elements in document order; fails the test where tags are not balanced.
-std::vector<XmlElement> ScanXml(const std::string& xml) {
-  std::vector<XmlElement> elements;
-  std::vector<std::string> open;
-  for (size_t begin = xml.find('<'); begin != std::string::npos; begin = xml.find('<', begin + 1)) {
-    const size_t end = xml.find('>', begin);
-    if (end == std::string::npos) {
-      ADD_FAILURE() << "tag without end";
-      break;
-    }
-    std::string tag = xml.substr(begin + 1, end - begin - 1);
-    if (tag[0] == '?') continue;
-    if (tag[0] == '/') {
-      EXPECT_FALSE(open.empty());
-      if (open.empty()) break;
-      EXPECT_EQ(open.back(), tag.substr(1));
-      open.pop_back();
-      continue;
-    }
-    const bool closed = tag.back() == '/';
-    if (closed) tag.pop_back();
-    XmlElement element;
-    const std::string name = tag.substr(0, tag.find(' '));
-    for (const std::string& parent : open) element.path += parent + "/";
-    element.path += name;
-    for (size_t at = name.size(); (at = tag.find('=', at)) != std::string::npos;) {
-      const size_t start = tag.rfind(' ', at) + 1, quote = tag.find('"', at + 2);
-      element.attributes[tag.substr(start, at - start)] = tag.substr(at + 2, quote - at - 2);
-      at = quote;
-    }
-    element.text = xml.substr(end + 1, xml.find('<', end) - end - 1);
-    elements.push_back(std::move(element));
-    if (!closed) open.push_back(name);
-  }
-  EXPECT_TRUE(open.empty());
-  return elements;
-}
-
-struct Vtu {
-  size_t num_points = 0, num_cells = 0;
-  std::map<std::string, std::vector<double>> arrays;  // Points, connectivity, ..., point data
-  std::map<std::string, int> components;
-};
-
-// Reads a .vtu file and checks what VTK requires of it.
-Vtu ReadVtu(const fs::path& path) {
-  Vtu vtu;
-  for (const XmlElement& element : ScanXml(ReadFile(path))) {
-    const auto attribute = [&](const std::string& name) {
-      const auto it = element.attributes.find(name);
-      return it == element.attributes.end() ? std::string() : it->second;
-    };
-    if (element.path == "VTKFile") {
-      EXPECT_EQ(attribute("type"), "UnstructuredGrid");
-      EXPECT_EQ(attribute("header_type"), "UInt64");
-    }
-    if (element.path == "VTKFile/UnstructuredGrid/Piece") {
-      vtu.num_points = std::stoul(attribute("NumberOfPoints"));
-      vtu.num_cells = std::stoul(attribute("NumberOfCells"));
-    }
-    if (element.path.size() < 9 || element.path.substr(element.path.size() - 9) != "DataArray") {
-      continue;
-    }
-    EXPECT_EQ(attribute("format"), "binary");
-    const std::string bytes = DecodeBase64(element.text);
-    EXPECT_EQ(ValueAt<std::uint64_t>(bytes, 0), bytes.size() - 8);
-    const std::string type = attribute("type");
-    const size_t size = type == "Float64" ? 8 : type == "Int32" ? 4 : 1;
-    std::vector<double> values;
-    for (size_t at = 8; at < bytes.size(); at += size) {
-      values.push_back(type == "Float64" ? ValueAt<double>(bytes, at)
-                       : type == "Int32" ? ValueAt<std::int32_t>(bytes, at)
-                                         : ValueAt<std::uint8_t>(bytes, at));
-    }
-    for (const double value : values) EXPECT_TRUE(std::isfinite(value)) << attribute("Name");
-    const std::string components = attribute("NumberOfComponents");
-    vtu.components[attribute("Name")] = components.empty() ? 1 : std::stoi(components);
-    vtu.arrays[attribute("Name")] = std::move(values);
-  }
-  const auto& connectivity = vtu.arrays["connectivity"];
-  EXPECT_EQ(connectivity.size(), 3 * vtu.num_cells);
-  for (const double index : connectivity) {
-    EXPECT_GE(index, 0.0);
-    EXPECT_LT(index, static_cast<double>(vtu.num_points));
-  }
-  EXPECT_EQ(vtu.arrays["offsets"].size(), vtu.num_cells);
-  for (size_t i = 0; i < vtu.num_cells; ++i) EXPECT_EQ(vtu.arrays["offsets"][i], 3.0 * (i + 1));
-  EXPECT_EQ(vtu.arrays["types"], std::vector<double>(vtu.num_cells, 5.0));
-  for (const auto& [name, values] : vtu.arrays) {
-    if (name == "connectivity" || name == "offsets" || name == "types" || name == "TimeValue") {
-      continue;
-    }
-    EXPECT_EQ(values.size(), vtu.num_points * vtu.components[name]) << name;
-  }
-  return vtu;
-}
 
 struct Ply {
   std::vector<std::array<double, 6>> vertices;
@@ -868,123 +727,25 @@ expect:
 
 // ---- Accuracy -------------------------------------------------------------------------------
 
-struct Refined {
-  std::unique_ptr<ShellProblem> problem;
-  SolverSummary summary;
-  AccuracyReport report;
-};
-
-Refined Refine(const Scene& scene, AccuracyOptions options = {}, SolverOptions solver = {}) {
-  Refined refined;
-  std::string error;
-  EXPECT_TRUE(SolveToAccuracy(
-      scene, solver, options, &refined.problem, &refined.summary, &refined.report, &error))
-      << error;
-  return refined;
-}
-
-TEST(AccuracyTest, EstimateIsReachedAndBoundsTheError) {
-  Scene scene = SceneOf(kPlate);
-  scene.surface.divisions = {4, 4};
-  scene.model.accuracy = 1e-3;
-  int num_calls = 0;
-  AccuracyOptions options;
-  options.on_level = [&](const AccuracyLevel&) { ++num_calls; };
-  const Refined refined = Refine(scene, options);
-  const AccuracyReport& report = refined.report;
-  EXPECT_TRUE(report.reached);
-  ASSERT_GE(report.levels.size(), 2u);
-  EXPECT_EQ(num_calls, static_cast<int>(report.levels.size()));
-  EXPECT_FALSE(report.levels[0].estimate.has_value());
-  EXPECT_LE(*report.estimate, 1e-3);
-  EXPECT_EQ(report.estimate, report.levels.back().estimate);
-  for (size_t i = 0; i < report.levels.size(); ++i) {
-    EXPECT_EQ(report.levels[i].divisions[0], 4 << i);
-  }
-  EXPECT_EQ(refined.problem->scene().surface.divisions, report.levels.back().divisions);
-  EXPECT_EQ(refined.summary.dof, report.levels.back().dof);
-  EXPECT_TRUE(refined.summary.IsConverged());
-
-  scene.model.accuracy.reset();
-  scene.surface.divisions = {64, 64};
-  const Solved fine = SolveScene(scene);
-  for (size_t i = 0; i < fine.summary.probes.size(); ++i) {
-    const Eigen::Vector3d& exact = fine.summary.probes[i].displacement;
-    EXPECT_LE((refined.summary.probes[i].displacement - exact).norm() / exact.norm(),
-              *report.estimate);
-  }
-}
-
-TEST(AccuracyTest, UnreachableAccuracyEndsAtTheDofLimitAndStaysConverged) {
-  Scene scene = SceneOf(kPlate);
-  scene.surface.divisions = {4, 4};
-  scene.model.accuracy = 1e-14;
-  AccuracyOptions options;
-  options.max_dof = 1500;
-  const Refined refined = Refine(scene, options);
-  EXPECT_FALSE(refined.report.reached);
-  EXPECT_TRUE(refined.summary.IsConverged());
-  EXPECT_EQ(refined.report.levels.size(), 3u);
-  EXPECT_THAT(refined.report.message, HasSubstr("not reached"));
-  EXPECT_THAT(refined.report.message, HasSubstr("1500 dof"));
-}
-
-TEST(AccuracyTest, NextLevelThatDoesNotFitIntoTheTimeIsNotBegun) {
-  Scene scene = SceneOf(kPlate);
-  scene.model.accuracy = 1e-14;
-  SolverOptions solver;
-  solver.time_limit_s = 1e-3;
-  solver.gradient_tolerance = 1e-3;
-  const Refined refined = Refine(scene, {}, solver);
-  EXPECT_EQ(refined.report.levels.size(), 1u);
-  EXPECT_FALSE(refined.report.reached);
-  EXPECT_FALSE(refined.report.estimate.has_value());
-}
-
-TEST(AccuracyTest, WithoutProbesDisplacementAndEnergyDecide) {
-  Scene scene = SceneOf(kPlate);
-  scene.probes.clear();
-  scene.surface.divisions = {8, 8};
-  scene.model.accuracy = 0.01;
-  const Refined refined = Refine(scene);
-  EXPECT_TRUE(refined.report.reached);
-  EXPECT_GT(*refined.report.estimate, 0.0);
-}
-
-TEST(AccuracyTest, NothingThatMovesHasNoError) {
-  Scene scene = SceneOf(kPlate);
-  scene.loads.clear();
-  scene.surface.divisions = {2, 2};
-  scene.model.accuracy = 0.01;
-  const Refined refined = Refine(scene);
-  EXPECT_TRUE(refined.report.reached);
-  EXPECT_EQ(*refined.report.estimate, 0.0);
-}
-
-TEST(AccuracyTest, HeldProbeIsMeasuredAgainstTheLargestDisplacement) {
-  Scene scene = SceneOf(kPlate);
-  ProbeSpec held = scene.probes[0];
-  held.name = "held";
-  held.at.uv = {0.0, 50.0};
-  scene.probes.push_back(held);
-  scene.model.accuracy = 0.01;
-  EXPECT_TRUE(Refine(scene).report.reached);
-}
-
 TEST_F(ResultsTest, SummaryReportsTheAccuracy) {
   Scene scene = SceneOf(kPlate);
   scene.model.accuracy = 0.01;
-  const Refined refined = Refine(scene);
+  std::unique_ptr<ShellProblem> problem;
+  SolverSummary summary;
+  AccuracyReport report;
   Results results;
   std::string error;
-  ASSERT_TRUE(
-      WriteResults(Out(), *refined.problem, refined.summary, &refined.report, &results, &error));
+  ASSERT_TRUE(SolveToAccuracy(scene, {}, {}, &problem, &summary, &report, &error)) << error;
+  ASSERT_TRUE(WriteResults(Out(), *problem, summary, &report, &results, &error)) << error;
   const Json json = Json::parse(ReadFile(fs::path(Out()) / "summary.json"))["accuracy"];
   EXPECT_EQ(json["target"], 0.01);
   EXPECT_LE(json["estimate"].get<double>(), 0.01);
+  EXPECT_LE(json["discretisation"].get<double>(), json["estimate"].get<double>());
+  EXPECT_GE(json["solver"].get<double>(), 0.0);
+  EXPECT_GT(json["theory"].get<double>(), 0.0);
   EXPECT_EQ(json["reached"], true);
   ASSERT_EQ(json["levels"].size(), 2u);
-  EXPECT_EQ(json["levels"][1]["divisions"], Json({32, 32}));
+  EXPECT_EQ(json["levels"][1]["divisions"], Json(report.levels[1].divisions));
   EXPECT_TRUE(json["levels"][0]["estimate"].is_null());
   EXPECT_GT(json["levels"][1]["seconds"].get<double>(), 0.0);
   EXPECT_GT(json["levels"][1]["dof"].get<int>(), json["levels"][0]["dof"].get<int>());

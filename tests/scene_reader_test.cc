@@ -616,15 +616,16 @@ std::vector<Mistake> Mistakes() {
        Edit("kind: cylinder", "kind: mesh"),
        "4: surface.radius: found a key of kind cylinder, sphere, icosphere; allowed with kind "
        "mesh: "
-       "file | kind | fit | refine"},
+       "file | kind | fit | refine | refine_near"},
       {"KindImplicit",
        Edit("kind: cylinder\n  radius: 300\n", "kind: implicit\n"),
        "4: surface.u: found an unknown key; allowed function | bounds | edge_length | open | kind "
        "| "
-       "fit | refine"},
+       "fit | refine | refine_near"},
       {"KindIcosphere",
        Edit("kind: cylinder", "kind: icosphere"),
-       "5: surface.u: found an unknown key; allowed radius | frequency | kind | fit | refine"},
+       "5: surface.u: found an unknown key; allowed radius | frequency | kind | fit | refine "
+       "| refine_near"},
       {"KindList",
        Edit("kind: cylinder", "kind: [cylinder]"),
        std::string("3: surface.kind: found a list of 1; allowed ") + kSurfaceKinds},
@@ -1385,10 +1386,28 @@ std::vector<Mistake> MeshMistakes() {
       {"FileOnAnIcosphere",
        OnMesh(std::string(kIcosphere) + ", file: a.obj"),
        "2: surface.file: found a key of kind mesh; allowed with kind icosphere: radius | frequency "
-       "| kind | fit | refine"},
+       "| kind | fit | refine | refine_near"},
+      {"RefineNearNoList",
+       OnMesh(std::string(kIcosphere) + ", refine_near: {near: [0, 0, 1], radius: 1, levels: 1}"),
+       "2: surface.refine_near: found a map; allowed a list of {near: [x, y, z], radius: r, "
+       "levels: "
+       "n}"},
+      {"RefineNearWithoutLevels",
+       OnMesh(std::string(kIcosphere) + ", refine_near: [{near: [0, 0, 1], radius: 1}]"),
+       "2: surface.refine_near[0].levels: found no such key, which is required; allowed an integer "
+       "from 1 to 10"},
+      {"RefineNearTooFine",
+       OnMesh(std::string(kIcosphere) +
+              ", refine_near: [{near: [0, 0, 1], radius: 1, levels: 11}]"),
+       "2: surface.refine_near[0].levels: found 11; allowed an integer from 1 to 10"},
+      {"RefineNearInside",
+       OnMesh(std::string(kIcosphere) +
+              ", refine_near: [{near: [0, 0, 1], radius: -1, levels: 1}]"),
+       "2: surface.refine_near[0].radius: found -1; allowed a number >= 0"},
       {"DivisionsOnAMesh",
        OnMesh(MeshFile("duck_642.obj") + ", divisions: [4, 4]"),
-       "2: surface.divisions: found an unknown key; allowed file | kind | fit | refine"},
+       "2: surface.divisions: found an unknown key; allowed file | kind | fit | refine | "
+       "refine_near"},
       {"NoFunction",
        Ball("function: x^2+y^2+z^2-1, ", ""),
        "2: surface.function: found no such key, which is required; allowed an expression of x, y "
