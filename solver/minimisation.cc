@@ -74,11 +74,25 @@ constexpr double kSlow = 0.1;
 // Passes of multipliers and refinement; each gains three digits or more, so that only supports that
 // contradict each other get here.
 constexpr int kMaxPasses = 8;
+// By triangular solves alone. Shells so thin that rounding spoils the factor gain little in each.
+constexpr int kMaxDirectPasses = 40;
 
-// Whether the state is as near to equilibrium as asked, or as rounding allows.
+// Every displacement by a rounding, up or down.
+void PerturbByRounding(ShellProblem* problem) {
+  std::mt19937 generator(20417);
+  const Eigen::Matrix3Xd state = problem->displacements();
+  problem->displacements() = state.unaryExpr([&](double x) {
+    const double unit = std::numeric_limits<double>::epsilon();
+    return (generator() & 1) != 0 ? x * (1.0 + unit) : x * (1.0 - unit);
+  });
+}
+
+// Whether the state is as near to equilibrium as asked, or as rounding allows; up to a relative
+// gradient `worst`, beyond which nothing says how far off the displacements are.
 bool AcceptLinear(ShellProblem* problem,
                   const SolverOptions& options,
                   const Equilibrium& equilibrium,
+                  double worst,
                   std::string* message) {
   if (equilibrium.relative_gradient <= options.gradient_tolerance) return true;
   std::ostringstream text;
@@ -93,8 +107,12 @@ bool AcceptLinear(ShellProblem* problem,
              "quadrature: 3";
     }
   }
+  if (equilibrium.relative_gradient > worst && floor > worst / kRoundings) {
+    text << "; the shell is too thin for elements so small: its stretching stiffness drowns its "
+            "bending stiffness in rounding";
+  }
   *message = text.str();
-  return equilibrium.relative_gradient <= kRoundings * floor;
+  return equilibrium.relative_gradient <= std::min(kRoundings * floor, worst);
 }
 
 // The linear theory by Ceres: one Gauss-Newton step solves it for given multipliers of the
@@ -144,19 +162,26 @@ bool SolveLinearByCeres(ShellProblem* problem,
     if (violation <= kHeld || slow || deadline.Stopped() || deadline.TimedOut()) break;
   }
   *equilibrium = CheckEquilibrium(problem);
-  return AcceptLinear(problem, options, *equilibrium, message);
+  constexpr double kWorst = 1e-5;
+  return AcceptLinear(problem, options, *equilibrium, kWorst, message);
 }
 
+enum class Direct {
+  kSolved,
+  kFailed,
+  kTooThin  // for double precision, whoever solves it
+};
+
 // The linear theory by one factorisation of our own; multipliers of the supports and refinement
-// cost a pair of triangular solves each. Ceres' problem checks the result. False also where the
+// cost a pair of triangular solves each. Ceres' problem checks the result. Fails also where the
 // matrix is not positive definite, with an empty message: Ceres may know better. A factorisation
 // cannot be stopped; it is not begun where time is up.
-bool SolveLinearDirectly(ShellProblem* problem,
-                         const SolverOptions& options,
-                         const Deadline& deadline,
-                         int* iterations,
-                         Equilibrium* equilibrium,
-                         std::string* message) {
+Direct SolveLinearDirectly(ShellProblem* problem,
+                           const SolverOptions& options,
+                           const Deadline& deadline,
+                           int* iterations,
+                           Equilibrium* equilibrium,
+                           std::string* message) {
   // Ceres' problem, which checks the result, is built beside the pattern of the matrix.
   std::thread builder;
   if (options.num_threads > 1) builder = std::thread([problem] { problem->problem(); });
@@ -168,33 +193,60 @@ bool SolveLinearDirectly(ShellProblem* problem,
   request.gradient = &gradient;
   request.matrix = true;
   message->clear();
-  if (!tangent.Evaluate(request)) return false;
+  if (!tangent.Evaluate(request)) return Direct::kFailed;
   cholesky->SetUpdate(tangent.update_vectors(), tangent.update_weights());
   cholesky->Analyze(tangent.matrix());
-  if (deadline.Stopped() || deadline.TimedOut()) return false;
-  if (!cholesky->Factorize(tangent.matrix())) return false;
+  if (deadline.Stopped() || deadline.TimedOut()) return Direct::kFailed;
+  if (!cholesky->Factorize(tangent.matrix())) return Direct::kFailed;
   request.matrix = false;
   *iterations = 1;
   double previous = std::numeric_limits<double>::infinity();
-  for (int pass = 0; pass < kMaxPasses; ++pass) {
+  double size = 0.0, rest = 0.0;  // of the displacements; of what further passes would change
+  for (int pass = 0; pass < kMaxDirectPasses; ++pass) {
     if (pass > 0) {
       problem->UpdateMultipliers();
       tangent.Evaluate(request);
     }
     const Eigen::Matrix3Xd step = tangent.Expand(cholesky->Solve(-gradient));
     const double change = step.cwiseAbs().maxCoeff();
-    if (!(change < previous)) break;  // rounding, or not finite
+    if (!(change < previous)) {  // rounding, or not finite
+      rest = change;
+      break;
+    }
     problem->displacements() += step;
     // Changes shrink geometrically, so the next one is known before it is made.
     const double next = pass > 0 ? change * (change / previous) : change;
-    const double size = problem->displacements().cwiseAbs().maxCoeff();
+    rest = pass > 0 ? next / (1.0 - change / previous) : change;
+    size = problem->displacements().cwiseAbs().maxCoeff();
     if (next <= kHeld * size) break;
     if (change > kSlow * previous && change <= kHeldSlowly * size) break;
     previous = change;
     if (deadline.Stopped() || deadline.TimedOut()) break;
   }
   *equilibrium = CheckEquilibrium(problem);
-  return AcceptLinear(problem, options, *equilibrium, message);
+  // Displacements that the factor cannot settle: Ceres' turn.
+  constexpr double kSettled = 1e-3;
+  if (!(rest <= kSettled * size) && !(deadline.Stopped() || deadline.TimedOut()))
+    return Direct::kFailed;
+  constexpr double kWorst = 1e-3;
+  if (!AcceptLinear(problem, options, *equilibrium, kWorst, message)) return Direct::kFailed;
+  if (equilibrium->relative_gradient <= options.gradient_tolerance) return Direct::kSolved;
+  // Rounding decided. What it does to the displacements is what its forces do.
+  const Eigen::Matrix3Xd state = problem->displacements();
+  tangent.Evaluate(request);
+  const Eigen::VectorXd before = gradient;
+  PerturbByRounding(problem);
+  tangent.Evaluate(request);
+  problem->displacements() = state;
+  const double error =
+      tangent.Expand(cholesky->Solve(gradient - before)).cwiseAbs().maxCoeff() / size;
+  constexpr double kUsable = 1e-2;
+  if (error <= kUsable) return Direct::kSolved;
+  std::ostringstream text;
+  text << "rounding moves the displacements by " << error
+       << " of the largest: the shell is too thin for elements so small";
+  *message = text.str();
+  return Direct::kTooThin;
 }
 
 // Large: steps are Newton's as long as they go down. Ceres' damping is relative to the diagonal of
@@ -211,13 +263,9 @@ ceres::SparseLinearAlgebraLibraryType BackendOf(SparseBackend backend) {
 }
 
 double RoundingFloor(ShellProblem* problem, double reference) {
-  std::mt19937 generator(20417);
   const Eigen::Matrix3Xd state = problem->displacements();
   const Eigen::Matrix3Xd gradient = problem->Gradient();
-  problem->displacements() = state.unaryExpr([&](double x) {
-    const double unit = std::numeric_limits<double>::epsilon();
-    return (generator() & 1) != 0 ? x * (1.0 + unit) : x * (1.0 - unit);
-  });
+  PerturbByRounding(problem);
   const double change = (problem->Gradient() - gradient).norm();
   problem->displacements() = state;
   return reference > 0.0 ? change / reference : 0.0;
@@ -252,9 +300,9 @@ bool SolveLinear(ShellProblem* problem,
                  Equilibrium* equilibrium,
                  std::string* message) {
   if (problem->scene().model.minimizer != Minimizer::kCeres) {
-    if (SolveLinearDirectly(problem, options, deadline, iterations, equilibrium, message)) {
-      return true;
-    }
+    const Direct direct =
+        SolveLinearDirectly(problem, options, deadline, iterations, equilibrium, message);
+    if (direct != Direct::kFailed) return direct == Direct::kSolved;
     problem->displacements().setZero();
     problem->SetMultipliers(std::vector<double>(problem->multipliers().size(), 0.0));
   }

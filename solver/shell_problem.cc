@@ -306,7 +306,21 @@ void ShellProblem::ChooseUnknowns() {
       if (c.target != 0.0 && across > scale) drives_plane = true;
     }
   }
-  if (mixes || drives_normal == drives_plane) return;
+  if (mixes) return;
+  // Transverse springs as stiff against bending as the others are against stretching: those of a
+  // thin plate would turn rounding of the displacements into forces.
+  double area = 0.0;
+  for (const StrainPoints& element : points_) {
+    for (const StrainPoint& p : *element) area += p.area;
+  }
+  const double cell = area / static_cast<double>(points_.size());
+  const double softer =
+      std::min(1.0, material_.BendingStiffness() / (material_.MembraneStiffness() * cell));
+  for (PlacedCondition& c : conditions_) {
+    const double along = (plate_normal_.transpose() * c.coefficients).norm();
+    if (along > 0.5 * c.coefficients.norm()) c.stiffness *= softer;
+  }
+  if (drives_normal == drives_plane) return;
   if (drives_normal) {
     unknowns_ = Unknowns::kNormalOnly;
     membrane = {false,

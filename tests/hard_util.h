@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Core>
+#include <cmath>
 #include <cstdio>
 #include <string>
 #include <utility>
@@ -38,6 +40,20 @@ inline std::string Fill(std::string text,
 // The figures of the table `Hard cases` in README.md: ctest -L hard -V prints them.
 inline void Measured(const std::string& what, double value) {
   std::printf("  measured  %-60s %.3g\n", what.c_str(), value);
+}
+
+// Displacement of the tip of a strip along x under an end moment of m = curvature * D, in the plane
+// of x and z. In Koiter's theory the energy of a strip of stretch l that turns by t per length is
+// C (l^2 - 1)^2 / 8 + D (l t)^2 / 2, so that t = m / (D l^2), l^2 = 1 - (h t)^2 / 6: a circle.
+inline Eigen::Vector3d KoiterCircle(double length, double thickness, double curvature) {
+  double turn = curvature, stretch = 1.0;
+  for (int i = 0; i < 100; ++i) {
+    const double squared = 1.0 - std::pow(thickness * turn, 2) / 6.0;
+    stretch = std::sqrt(squared);
+    turn = curvature / squared;
+  }
+  const double radius = stretch / turn, angle = length * turn;
+  return {radius * std::sin(angle) - length, 0.0, radius * (1.0 - std::cos(angle))};
 }
 
 // Solves what may fail: the summary says how it ended. Expects the scene to be well posed.
