@@ -5,95 +5,15 @@
 #include <array>
 #include <cmath>
 
+#include "solver/tangent_response.h"
+
 namespace darboux {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-// Contact for derivatives, relative to that of the solver: what its give adds to a travel is about
-// 1e-6 of what the shell's does. A power of two, see Grasp::Stiffen.
-constexpr double kRigid = 1024.0;
-// Mean conditions, relative to what bounds the steps of the solver: nothing, if rounding allows.
-constexpr double kMeans[] = {1e-8, 1e-3};
 // The spring of a point contact, in E h: of the order of what a shell is against a point force, so
 // that no digits are lost when it is taken away.
 constexpr double kPoint = 0.1;
-
-// Contact is stiffened, and fingers that forces drive are held, as long as this lives.
-class RigidContact {
- public:
-  explicit RigidContact(Grasp* grasp) : grasp_(*grasp), state_(grasp->state()) {
-    grasp_.HoldTravels(true);
-    grasp_.Stiffen(kRigid);
-  }
-  ~RigidContact() {
-    grasp_.HoldTravels(false);
-    grasp_.Stiffen(1.0 / kRigid);
-    grasp_.SetState(state_);
-  }
-  RigidContact(const RigidContact&) = delete;
-  RigidContact& operator=(const RigidContact&) = delete;
-
- private:
-  Grasp& grasp_;
-  const Grasp::State state_;
-};
-
-// The matrix that tangent evaluated last, and springs of one stiffness along the columns of
-// `springs`.
-bool Factorize(const ShellProblem& problem,
-               const TangentStiffness& tangent,
-               const Eigen::MatrixXd& springs,
-               double stiffness,
-               UpdatedCholesky* cholesky) {
-  const Eigen::Index pins = problem.pins().size(), means = problem.mean_conditions().size();
-  const Eigen::MatrixXd& update = tangent.update_vectors();
-  Eigen::MatrixXd vectors(tangent.num_unknowns(), update.cols() + springs.cols());
-  vectors << update, springs;
-  for (const double least : kMeans) {
-    Eigen::VectorXd weights = Eigen::VectorXd::Constant(vectors.cols(), stiffness);
-    weights.head(update.cols()) = tangent.update_weights();
-    weights.segment(pins, means) *= least;
-    cholesky->SetUpdate(vectors, weights);
-    if (cholesky->Factorize(tangent.matrix())) return true;
-    if (means == 0) break;
-  }
-  return cholesky->FactorizeIndefinite(tangent.matrix()) >= 0;
-}
-
-bool Evaluate(TangentStiffness* tangent) {
-  TangentStiffness::StressField stresses;
-  TangentStiffness::Request strains, matrix;
-  strains.stresses = &stresses;
-  matrix.matrix = true;
-  matrix.initial_stresses = &stresses;
-  return tangent->Evaluate(strains) && tangent->Evaluate(matrix);
-}
-
-// The change of the displacements under forces, supports held.
-Eigen::VectorXd Response(ShellProblem* problem,
-                         const TangentStiffness& tangent,
-                         SparseCholesky* cholesky,
-                         const Eigen::VectorXd& forces) {
-  constexpr int kPasses = 3;
-  Eigen::VectorXd held = Eigen::VectorXd::Zero(forces.size());
-  Eigen::VectorXd response = cholesky->Solve(forces);
-  if (problem->conditions().empty()) return response;
-  // The supports' gradient is linear, so that a step of any size will do; one of the size of the
-  // thickness keeps the digits.
-  const Eigen::Matrix3Xd state = problem->displacements();
-  const Eigen::Matrix3Xd before = problem->SupportGradient();
-  for (int pass = 1; pass < kPasses; ++pass) {
-    const Eigen::Matrix3Xd way = tangent.Expand(response);
-    const double size = way.cwiseAbs().maxCoeff();
-    if (!(size > 0.0) || !std::isfinite(size)) break;
-    const double part = problem->material().thickness / size;
-    problem->displacements() = state + part * way;
-    held += tangent.Reduce(problem->SupportGradient() - before) / part;
-    problem->displacements() = state;
-    response = cholesky->Solve(forces - held);
-  }
-  return response;
-}
 
 // own - forces^T K^-1 forces, see GraspStiffness. False where that is no number.
 bool Condense(ShellProblem* problem,
@@ -194,8 +114,8 @@ bool GraspStiffness(ShellProblem* problem,
   const RigidContact rigid(problem->grasp());
   std::vector<TravelDerivatives> by_travel;
   const Eigen::MatrixXd none(tangent->num_unknowns(), 0);
-  if (!Evaluate(tangent) || !problem->grasp()->ByTravel(&by_travel) ||
-      !Factorize(*problem, *tangent, none, 0.0, cholesky)) {
+  if (!EvaluateTangent(tangent) || !problem->grasp()->ByTravel(&by_travel) ||
+      !FactorizeTangent(*problem, *tangent, none, 0.0, cholesky)) {
     return false;
   }
   const Eigen::Index n = static_cast<Eigen::Index>(by_travel.size());
@@ -234,7 +154,8 @@ bool TouchStiffness(ShellProblem* problem,
     const std::array<double, 3>& way = problem->scene().fingers[i].direction;
     along[i] = fingers[i].normal_before.dot(Eigen::Vector3d(way[0], way[1], way[2]));
   }
-  if (!Evaluate(tangent) || !Factorize(*problem, *tangent, rows, spring, cholesky)) return false;
+  if (!EvaluateTangent(tangent) || !FactorizeTangent(*problem, *tangent, rows, spring, cholesky))
+    return false;
   // With springs s between the fingers and the shell their displacements under unit forces are G =
   // c^T (K + s c c^T)^-1 c, and without the give of the springs the forces are G^-1 - s, also where
   // K alone is singular.
