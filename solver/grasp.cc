@@ -175,6 +175,10 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
   std::vector<Eigen::Vector3d> points;
   std::vector<ElementPoint> places = surface.vertex_points();
   for (int e = 0; e < surface.num_elements(); ++e) places.push_back({e, 1.0 / 3.0, 1.0 / 3.0});
+  // On a coarse mesh none of these need be in the finger's way.
+  if (std::isfinite(contact.shape->MaxStep())) {
+    places.push_back(surface.ClosestPoint(contact.pose.position));
+  }
   for (const ElementPoint& at : places) points.push_back(Position(at));
   Touch touch;
   // A pin pushes the point nearest to it.

@@ -1,0 +1,347 @@
+#include "solver/mesh_refinement.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <utility>
+
+#include "solver/equilibrium_response.h"
+#include "solver/mesh_surface.h"
+#include "solver/tangent_stiffness.h"
+
+namespace darboux {
+namespace {
+
+using StressField = TangentStiffness::StressField;
+
+// Elements around each element: those that share a corner, hanging ones included, and itself.
+std::vector<std::vector<int>> Neighbourhoods(const ShellSurface& surface) {
+  std::vector<std::vector<int>> of_corner(surface.num_corners());
+  const auto for_each_corner = [&surface](int e, const auto& use) {
+    for (int k = 0; k < 3; ++k) {
+      use(surface.Corner(e, k));
+      if (surface.HangingCorner(e, k) >= 0) use(surface.HangingCorner(e, k));
+    }
+  };
+  for (int e = 0; e < surface.num_elements(); ++e) {
+    for_each_corner(e, [&](int corner) { of_corner[corner].push_back(e); });
+  }
+  std::vector<std::vector<int>> result(surface.num_elements());
+  for (int e = 0; e < surface.num_elements(); ++e) {
+    for_each_corner(e, [&](int corner) {
+      result[e].insert(result[e].end(), of_corner[corner].begin(), of_corner[corner].end());
+    });
+    std::sort(result[e].begin(), result[e].end());
+    result[e].erase(std::unique(result[e].begin(), result[e].end()), result[e].end());
+  }
+  return result;
+}
+
+// Recovery of the stresses around every element of a problem.
+class Recovery {
+ public:
+  explicit Recovery(const ShellProblem& problem)
+      : problem_(problem), neighbourhoods_(Neighbourhoods(problem.surface())) {
+    first_.push_back(0);
+    for (const auto& points : problem.strain_points()) {
+      first_.push_back(first_.back() + static_cast<int>(points->size()));
+    }
+  }
+
+  // e_K of each element, for stress resultants times the area of each quadrature point.
+  std::vector<double> Norms(const StressField& stresses) const {
+    std::vector<double> norms(problem_.surface().num_elements());
+    for (size_t e = 0; e < norms.size(); ++e) norms[e] = Norm(static_cast<int>(e), stresses);
+    return norms;
+  }
+
+ private:
+  static constexpr int kTerms = 6;  // of the polynomial, quadratic; linear where points are few
+  static constexpr int kLinear = 3;
+
+  double Norm(int element, const StressField& stresses) const {
+    const auto& points = problem_.strain_points();
+    const StrainPoint& frame = points[element]->front();
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    double area = 0.0;
+    for (const StrainPoint& p : *points[element]) {
+      center += p.area * p.position;
+      area += p.area;
+    }
+    center /= area;
+    const double size = std::sqrt(area);
+    int count = 0;
+    for (const int e : neighbourhoods_[element]) count += static_cast<int>(points[e]->size());
+    const int num_terms = count < 2 * kTerms ? kLinear : kTerms;
+    const auto terms = [&](const StrainPoint& p) {
+      const Eigen::Vector3d d = (p.position - center) / size;
+      const double x = d.dot(frame.t1), y = d.dot(frame.t2);
+      Eigen::Matrix<double, kTerms, 1> f;
+      f << 1.0, x, y, x * x, x * y, y * y;
+      f.tail(kTerms - num_terms).setZero();
+      return f;
+    };
+    Eigen::Matrix<double, kTerms, kTerms> normal = Eigen::Matrix<double, kTerms, kTerms>::Zero();
+    Eigen::Matrix<double, kTerms, 6> right = Eigen::Matrix<double, kTerms, 6>::Zero();
+    for (const int e : neighbourhoods_[element]) {
+      for (size_t k = 0; k < points[e]->size(); ++k) {
+        const StrainPoint& p = (*points[e])[k];
+        const auto f = terms(p);
+        normal += p.area * f * f.transpose();
+        right += f * Turned(p, frame, stresses[first_[e] + k]).transpose();
+      }
+    }
+    normal.diagonal().tail(kTerms - num_terms).setOnes();
+    const Eigen::Matrix<double, kTerms, 6> fit = normal.ldlt().solve(right);
+    double sum = 0.0;
+    for (size_t k = 0; k < points[element]->size(); ++k) {
+      const StrainPoint& p = (*points[element])[k];
+      const Eigen::Matrix<double, 6, 1> off =
+          Turned(p, frame, stresses[first_[element] + k]) / p.area - fit.transpose() * terms(p);
+      sum += p.area * Energy(off);
+    }
+    return std::sqrt(std::max(0.0, sum));
+  }
+
+  // Components (11, 22, 12) in the axes of `frame`, turned in the tangent plane (a transport along
+  // the surface: normals change by an element's curvature only).
+  static TangentStiffness::Stress Turned(const StrainPoint& p,
+                                         const StrainPoint& frame,
+                                         const TangentStiffness::Stress& stress) {
+    const double x = p.t1.dot(frame.t1) + p.t2.dot(frame.t2);
+    const double y = p.t1.dot(frame.t2) - p.t2.dot(frame.t1);
+    const double length = std::hypot(x, y);
+    if (!(length > 0.0)) return stress;
+    const double c = x / length, s = y / length;
+    TangentStiffness::Stress result;
+    for (const int k : {0, 3}) {
+      const double a = stress[k], b = stress[k + 1], d = stress[k + 2];
+      result[k] = c * c * a + s * s * b - 2.0 * c * s * d;
+      result[k + 1] = s * s * a + c * c * b + 2.0 * c * s * d;
+      result[k + 2] = c * s * (a - b) + (c * c - s * s) * d;
+    }
+    return result;
+  }
+
+  // Twice the complementary energy per area, in the units of the problem.
+  double Energy(const TangentStiffness::Stress& stress) const {
+    const Material& material = problem_.scaled_material();
+    const double nu = material.poisson_ratio;
+    const auto part = [&](int k, double stiffness) {
+      const double a = stress[k], b = stress[k + 1], d = stress[k + 2];
+      return (a * a + b * b - 2.0 * nu * a * b + 2.0 * (1.0 + nu) * d * d) /
+             ((1.0 - nu * nu) * stiffness);
+    };
+    return part(0, material.MembraneStiffness()) + part(3, material.BendingStiffness());
+  }
+
+  const ShellProblem& problem_;
+  const std::vector<std::vector<int>> neighbourhoods_;
+  std::vector<int> first_;  // point of each element
+};
+
+// Right-hand sides of dual problems with what they are divided by.
+struct Quantity {
+  Eigen::VectorXd force;
+  double size = 1.0;
+};
+
+void AddFingers(const TangentStiffness& tangent,
+                const std::vector<TravelDerivatives>& by_travel,
+                std::vector<Quantity>* quantities) {
+  double largest = 0.0;
+  for (const TravelDerivatives& finger : by_travel) {
+    largest = std::max(largest, std::abs(finger.energy));
+  }
+  for (const TravelDerivatives& finger : by_travel) {
+    // One without a force, as on a floor that nothing presses on, has no relative error.
+    constexpr double kIdle = 1e-3;
+    if (!(std::abs(finger.energy) > kIdle * largest)) continue;
+    quantities->push_back({tangent.Reduce(finger.force), std::abs(finger.energy)});
+  }
+}
+
+void AddProbes(const ShellProblem& problem,
+               const TangentStiffness& tangent,
+               std::vector<Quantity>* quantities) {
+  const ShellSurface& surface = problem.surface();
+  double largest = 0.0;
+  for (const ElementPoint& at : surface.vertex_points()) {
+    largest = std::max(largest, problem.Displacement(at).norm());
+  }
+  if (!(largest > 0.0)) return;
+  for (const ProbeSpec& probe : problem.scene().probes) {
+    const ElementPoint at = Resolve(probe.at, surface);
+    // Of a point that all but stays where it is, to a part of the largest displacement.
+    constexpr double kStill = 1e-2;
+    const double size = std::max(problem.Displacement(at).norm(), kStill * largest);
+    const Eigen::VectorXd weights = surface.ValueWeights(at);
+    const std::vector<int>& vertices = surface.control_vertices(at.element);
+    for (int c = 0; c < 3; ++c) {
+      Eigen::Matrix3Xd row = Eigen::Matrix3Xd::Zero(3, surface.mesh().num_vertices);
+      for (size_t i = 0; i < vertices.size(); ++i) row(c, vertices[i]) += weights[i];
+      const Eigen::VectorXd force = tangent.Reduce(row);
+      if (!force.isZero(0.0)) quantities->push_back({force, size});
+    }
+  }
+}
+
+// Indicators of the elements. False and *error where the tangent stiffness is singular.
+bool FindIndicators(ShellProblem* problem,
+                    const MeshRefinementOptions& options,
+                    MeshRefinementReport* report,
+                    std::string* error) {
+  TangentStiffness tangent(problem, options.backend, options.num_threads);
+  StressField stresses;
+  TangentStiffness::Request request;
+  request.stresses = &stresses;
+  if (!tangent.Evaluate(request)) {
+    *error = "found strains that are not defined; allowed a state that was solved";
+    return false;
+  }
+  const Recovery recovery(*problem);
+  const std::vector<double> primal = recovery.Norms(stresses);
+  report->indicators.assign(primal.size(), 0.0);
+
+  std::vector<Quantity> quantities;
+  constexpr double kRigid = 1024.0;
+  std::unique_ptr<RigidContact> rigid;
+  if (problem->grasp() != nullptr) {
+    rigid = std::make_unique<RigidContact>(problem->grasp(), kRigid);
+  }
+  if (options.fingers && problem->grasp() != nullptr) {
+    std::vector<TravelDerivatives> by_travel;
+    if (problem->grasp()->ByTravel(&by_travel)) {
+      AddFingers(tangent, by_travel, &quantities);
+    }
+  }
+  if (options.probes) AddProbes(*problem, tangent, &quantities);
+  report->num_quantities = static_cast<int>(quantities.size());
+  if (quantities.empty()) {
+    double energy = 0.0;
+    for (const Effect effect : {Effect::kMembrane, Effect::kBending}) {
+      energy += problem->Energy(effect) / problem->force_unit();
+    }
+    if (!(std::abs(energy) > 0.0)) energy = 1.0;
+    for (size_t e = 0; e < primal.size(); ++e) {
+      report->indicators[e] = 0.5 * primal[e] * primal[e] / std::abs(energy);
+    }
+    return true;
+  }
+  UpdatedCholesky cholesky(SparseCholesky::Create(options.backend));
+  if (!EvaluateTrueTangent(&tangent)) {
+    *error = "found no tangent stiffness; allowed a state that was solved";
+    return false;
+  }
+  cholesky.Analyze(tangent.matrix());
+  const Eigen::MatrixXd none(tangent.num_unknowns(), 0);
+  if (!FactorizeTangent(*problem, tangent, none, 0.0, &cholesky)) {
+    *error = "found a singular tangent stiffness; allowed a state away from critical points";
+    return false;
+  }
+  const double length = problem->displacements().cwiseAbs().maxCoeff();
+  for (const Quantity& quantity : quantities) {
+    const Eigen::VectorXd z = Response(problem, tangent, &cholesky, quantity.force);
+    if (!z.allFinite()) {
+      *error = "found a singular tangent stiffness; allowed a state away from critical points";
+      return false;
+    }
+    // The change of the stresses alone, of a step of the state's size for its digits.
+    const double largest = z.cwiseAbs().maxCoeff();
+    if (!(largest > 0.0)) continue;
+    const double scale = std::max(length, problem->material().thickness) / largest;
+    StressField dual;
+    tangent.LinearisedStresses(scale * z, &dual);
+    for (size_t k = 0; k < dual.size(); ++k) dual[k] -= stresses[k];
+    const std::vector<double> norms = recovery.Norms(dual);
+    for (size_t e = 0; e < norms.size(); ++e) {
+      report->indicators[e] += primal[e] * norms[e] / (scale * quantity.size);
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool MeshRefinementOptions::IsValid(std::string* error) const {
+  if (!(fraction > 0.0 && fraction <= 1.0)) {
+    *error = "fraction: found " + std::to_string(fraction) + "; allowed a number in (0, 1]";
+    return false;
+  }
+  if (max_dof < 0 || max_level < 0 || max_level >= HierarchicalMesh::kMaxLevels ||
+      num_threads < 1) {
+    *error = "found a limit out of range; allowed max_dof >= 0, max_level from 0 to " +
+             std::to_string(HierarchicalMesh::kMaxLevels - 1) + " and num_threads >= 1";
+    return false;
+  }
+  return true;
+}
+
+bool MarkForRefinement(ShellProblem* problem,
+                       const MeshRefinementOptions& options,
+                       MeshRefinement* refinement,
+                       MeshRefinementReport* report,
+                       std::string* error) {
+  *report = MeshRefinementReport();
+  if (!options.IsValid(error)) return false;
+  const SurfaceSpec& spec = problem->scene().surface;
+  if (spec.mesh == nullptr) {
+    *error = "found a parametric surface; allowed a mesh";
+    return false;
+  }
+  LoopMesh base;
+  if (!MakeBaseMesh(spec, &base, error)) return false;
+  const std::unique_ptr<HierarchicalMesh> mesh = RefineBaseMesh(spec, base, error);
+  if (mesh == nullptr || !FindIndicators(problem, options, report, error)) return false;
+  report->total = std::accumulate(report->indicators.begin(), report->indicators.end(), 0.0);
+  if (!(report->total > 0.0) || !std::isfinite(report->total)) {
+    *error = "found no stress that could tell where to refine; allowed a shell under load";
+    return false;
+  }
+
+  // Shares of the unknowns, each element's by their mean weights on it.
+  const ShellSurface& surface = problem->surface();
+  std::vector<double> share(surface.mesh().num_vertices, 0.0);
+  for (int e = 0; e < surface.num_elements(); ++e) {
+    const std::vector<int>& vertices = surface.control_vertices(e);
+    Eigen::VectorXd weights = Eigen::VectorXd::Zero(vertices.size());
+    double area = 0.0;
+    for (const StrainPoint& p : *problem->strain_points()[e]) {
+      weights += p.area * p.weights.row(kRowValue).transpose();
+      area += p.area;
+    }
+    for (size_t i = 0; i < vertices.size(); ++i) {
+      share[vertices[i]] += report->indicators[e] * weights[i] / area;
+    }
+  }
+  std::vector<int> order;
+  for (int i = 0; i < static_cast<int>(share.size()); ++i) {
+    if (surface.IsActive(i) && mesh->level(i) <= options.max_level && share[i] > 0.0) {
+      order.push_back(i);
+    }
+  }
+  std::sort(order.begin(), order.end(), [&](int i, int j) {
+    return share[i] != share[j] ? share[i] > share[j] : i < j;
+  });
+  size_t count = 0;
+  for (double sum = 0.0; count < order.size() && sum < options.fraction * report->total; ++count) {
+    sum += share[order[count]];
+  }
+  // Fewer, by halves, where they would make too many unknowns.
+  for (; count > 0; count /= 2) {
+    const HierarchicalMesh next(
+        base, mesh->RefineSupports(std::vector<int>(order.begin(), order.begin() + count)));
+    int unknowns = 0;
+    for (int i = 0; i < next.mesh().mesh.num_vertices; ++i) unknowns += next.IsUnknown(i) ? 1 : 0;
+    report->dof = 3 * unknowns;
+    report->marked = static_cast<int>(count);
+    *refinement = next.refinement();
+    if (options.max_dof == 0 || report->dof <= options.max_dof) return true;
+  }
+  *error = "found no unknown that could be refined within max_dof and max_level";
+  return false;
+}
+
+}  // namespace darboux

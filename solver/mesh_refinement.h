@@ -1,0 +1,75 @@
+#ifndef DARBOUX_SOLVER_MESH_REFINEMENT_H_
+#define DARBOUX_SOLVER_MESH_REFINEMENT_H_
+
+#include <string>
+#include <vector>
+
+#include "geometry/hierarchical_mesh.h"
+#include "solver/shell_problem.h"
+#include "solver/sparse_cholesky.h"
+
+namespace darboux {
+
+// Where a mesh that has been solved is to be refined, so that what is asked for gets more accurate
+// for the fewest unknowns.
+//
+// Primal: a spline's stresses are wrong by what is not smooth in them. Around each element its
+// stress resultants and those of its neighbours are fitted by one polynomial (recovery:
+// O. C. Zienkiewicz & J. Z. Zhu, 1992), and the energy norm of the difference is the indicator,
+//
+//   e_K(u)^2 = integral over K of (N - N*) : A^-1 (N - N*) + (M - M*) : D^-1 (M - M*)  dA.
+//
+// It needs nothing but the stresses: supports, fingers, gas and loads enter through them alone.
+//
+// Goals: for a quantity J the dual solution z, K z = J'(u), K the tangent stiffness with contact
+// rigid where it is (one factorisation, a solve per quantity), has an indicator of the same kind
+// (R. Becker & R. Rannacher, "An optimal control approach to a posteriori error estimation", 2001):
+//
+//   error of J ~ sum over K of e_K(u) e_K(z).
+//
+// For the force on a finger whose travel is given (and the travel of one that a force drives) K z
+// is the force that a unit of travel exerts on the shell. Several quantities: sum of their
+// indicators relative to their sizes. None: the primal indicator alone, squared, relative to the
+// energy, which is right for what is conjugate to the loads.
+//
+// Shares of indicators go to unknowns by their part in the partition of unity; the supports of the
+// ones with the largest shares, `fraction` of the sum (W. Doerfler, 1996), are refined.
+struct MeshRefinementOptions {
+  double fraction = 0.6;  // in (0, 1]
+  bool probes = true;     // displacements of the scene's probes are quantities, all components
+  bool fingers = true;    // forces of fingers, or travels
+  // Not more unknowns of the next mesh (components, as ShellProblem::dof) than about this; 0: no
+  // limit.
+  int max_dof = 0;
+  int max_level = HierarchicalMesh::kMaxLevels - 1;  // of unknowns that give way
+  SparseBackend backend = SparseBackend::kAuto;
+  int num_threads = 2;
+
+  bool IsValid(std::string* error) const;
+};
+
+struct MeshRefinementReport {
+  std::vector<double> indicators;  // of each element, >= 0
+  // Their sum: about the sum of the relative errors of the quantities, without digits: signs are
+  // lost and the recovery's constant is not known; good for comparing meshes of one scene.
+  double total = 0.0;
+  int num_quantities = 0;
+  int marked = 0;  // unknowns
+  int dof = 0;     // of the next mesh
+};
+
+// For SurfaceSpec::refinement of the scene solved next. The problem, of a scene of kind mesh,
+// icosphere or implicit, is in the state that Solve leaves, and stays so. The refinement is
+// that of its scene (surface.refine_near, which may stay there, included) with more, so that
+// Prolong gives a start. False and *error where there is nothing to refine: a parametric surface,
+// no stress at all, a singular tangent stiffness that duals need, no room below max_dof or
+// max_level.
+bool MarkForRefinement(ShellProblem* problem,
+                       const MeshRefinementOptions& options,
+                       MeshRefinement* refinement,
+                       MeshRefinementReport* report,
+                       std::string* error);
+
+}  // namespace darboux
+
+#endif  // DARBOUX_SOLVER_MESH_REFINEMENT_H_
