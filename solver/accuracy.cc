@@ -312,7 +312,7 @@ bool AccuracyLoop::RefineMesh(const Answer& answer, double seconds, std::string*
   if (!MarkForRefinement(answer.problem.get(), options, &refinement, &marked, why)) return false;
   const double growth = static_cast<double>(marked.dof) / answer.summary.dof;
   if (!HasTime(seconds * std::pow(growth, kTimeOrder), why)) return false;
-  scene_.surface.refinement = refinement;
+  scene_.surface.refinement = std::make_shared<const MeshRefinement>(std::move(refinement));
   return true;
 }
 
