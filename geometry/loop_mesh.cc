@@ -51,7 +51,7 @@ std::vector<int> CornerNeighbours(
   const auto at = [&](int i) { return mesh.vertices[i]; };
   const Eigen::Vector3d both = at(from) + at(to);
   // Limit points without and with, from the vertex: weight * (ring - valence * vertex).
-  const double weight = 1.0 / (5.0 + 0.375 / VertexWeight(5));
+  const double weight = 1.0 / (5.0 + 0.375 / LoopVertexWeight(5));
   const Eigen::Vector3d without = weight * (2.0 * both - 3.0 * at(vertex) - at(middle));
   const Eigen::Vector3d with = (both - at(vertex) - at(middle)) / 6.0;
   if (with.squaredNorm() < without.squaredNorm()) return {middle};
