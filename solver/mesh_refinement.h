@@ -50,8 +50,10 @@ struct MeshRefinementOptions {
 
 struct MeshRefinementReport {
   std::vector<double> indicators;  // of each element, >= 0
-  // Their sum: about the sum of the relative errors of the quantities, without digits: signs are
-  // lost and the recovery's constant is not known; good for comparing meshes of one scene.
+  // Their sum: an estimate of the sum of the relative errors of the quantities (of each component
+  // of a probe), measured one to three times that where they are a few per cent or less; signs are
+  // lost, and the shape of the base mesh and the contact points count as exact. Without quantities,
+  // of the relative error of the energy.
   double total = 0.0;
   int num_quantities = 0;
   int marked = 0;  // unknowns
