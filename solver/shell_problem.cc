@@ -358,9 +358,14 @@ bool ShellProblem::HoldRigidMotions(std::string* error) {
   free_motions_ = NameMotions(motions, frame_);
 
   // Loads that drive a free motion have no equilibrium.
-  constexpr double kBalance = 1e-6;
+  // Leaves of different sizes integrate loads that balance to the digits of their rules only, not
+  // to rounding as a symmetric mesh does: the means hold what is left.
+  constexpr double kBalance = 1e-6, kRefinedBalance = 1e-4;
+  const double balance = scene_.surface.mesh != nullptr && IsRefinedLocally(scene_.surface)
+                             ? kRefinedBalance
+                             : kBalance;
   const Eigen::VectorXd work = motions.transpose() * dead_loads_.rigid_work;
-  if (grasp_ == nullptr && work.norm() > kBalance * dead_loads_.rigid_scale) {
+  if (grasp_ == nullptr && work.norm() > balance * dead_loads_.rigid_scale) {
     // Where the supports stand, or else where they are missing.
     const SceneLocation& where =
         scene_.supports.empty() ? scene_.surface.location : scene_.supports.front().location;

@@ -289,6 +289,20 @@ TEST(LocalRefinementTest, AProgramSaysWhatIsRefined) {
   EXPECT_TRUE(more->refinement().Contains(*scene.surface.refinement));
 }
 
+TEST(LocalRefinementTest, AFreeShellUnderBalancedLoadsNeedsNoSupports) {
+  // Leaves of different sizes integrate the two halves differently, by 2e-6 here.
+  const Scene scene = SceneFromText(
+      "name: free\nsurface: {kind: icosphere, radius: 1, frequency: 6, refine_near: [{near: [0.3, "
+      "0.4, 0.9], radius: 0.2, levels: 2}]}\n"
+      "shell: {thickness: 0.05, young_modulus: 1.0e6, poisson_ratio: 0.3}\n"
+      "loads: [{kind: traction, force: [\"0\", \"0\", \"-sign(z)*exp(-10*(x*x+y*y))\"]}]\n"
+      "probes: [{name: up, at: {nearest: [0, 0, 1]}}, {name: down, at: {nearest: [0, 0, -1]}}]\n");
+  const Solution solution = SolveScene(scene);
+  EXPECT_EQ(solution.summary.free_motions.size(), 6u);
+  EXPECT_LT(solution.Probe(0).z(), 0.0);
+  EXPECT_NEAR(solution.Probe(0).z(), -solution.Probe(1).z(), 0.02 * solution.Probe(1).z());
+}
+
 TEST(LocalRefinementTest, ANeighbourhoodOffTheSurfaceIsAnError) {
   const Scene scene =
       SceneFromText(Ball(3, ", refine_near: [{near: [0, 0, 90], radius: 5, levels: 1}]"));

@@ -65,10 +65,11 @@ int Run(const std::string& file) {
     sum += solved - start;
     const auto& fingers = summary.steps.back().fingers;
     const auto& old = scene.surface.refinement;
-    std::printf("%6d %8d %6d %14.9g %14.9g %14.9g %10.3g %7d %8.2f %7.2f %7.2f\n",
+    std::printf("%6d %8d %6d %14.9g %14.9g %14.9g %14.9g %10.3g %7d %8.2f %7.2f %7.2f\n",
                 problem->dof(),
                 problem->surface().num_elements(),
                 old == nullptr ? 0 : static_cast<int>(old->refined.size()),
+                summary.steps.back().factor,
                 fingers.empty() ? 0.0 : fingers[0].normal_force,
                 summary.probes.empty() ? 0.0 : summary.probes[0].displacement.norm(),
                 summary.energy_total,
