@@ -121,6 +121,22 @@ Scene BallOnFloor(const std::string& gas) {
       "motion: {travel: 0}, friction: 0.5}\n");
 }
 
+TEST(GraspTest, ATipSmallerThanTheTrianglesIsInTheWayOfTheShell) {
+  // On this mesh no corner and no centroid lies within the tip's way along the axis.
+  const Scene scene = SceneFromText(
+      "name: ball\nsurface: {kind: icosphere, radius: 31.25, frequency: 3}\n"
+      "shell: {thickness: 2.5, young_modulus: 1, poisson_ratio: 0.5}\n"
+      "supports:\n  - {on: {near: [0, 0, -31.25], radius: 12}, fix: [x, y, z]}\n"
+      "fingers:\n  - {name: top, shape: {kind: sphere, radius: 2}, position: [0, 0, 40], "
+      "direction: [0, 0, -1], motion: {travel: 1}}\n");
+  std::string error;
+  const auto problem = ShellProblem::Create(scene, ShellProblem::Options(), &error);
+  ASSERT_NE(problem, nullptr) << error;
+  // From 40 to where the tip's centre is half the wall and its radius above the pole.
+  const double shift = problem->grasp()->Report(1.0).at(0).shift;
+  EXPECT_NEAR(shift, 40.0 - 31.25 - 1.25 - 2.0, 0.05);
+}
+
 TEST(GraspTest, FrictionHoldsABallEmptyOrFull) {
   double empty = 0.0;
   for (const char* gas :
