@@ -382,8 +382,12 @@ TEST_F(DarbouxDeformTest, MeshesThatCanBeMendedRunWithRepair) {
     const std::string text = Stderr();
     EXPECT_EQ(text.find("mended " + file.string() + ": ") == 0, !was_sound) << text;
     const Json decisions = Summary()["decisions"];
-    EXPECT_EQ(decisions.empty(), was_sound) << name;
-    if (!decisions.empty()) {
+    const auto is_mending = [](const Json& line) {
+      return line.get<std::string>().find("mended ") == 0;
+    };
+    EXPECT_EQ(std::count_if(decisions.begin(), decisions.end(), is_mending) == 0, was_sound)
+        << name << ": " << decisions;
+    if (!was_sound) {
       const std::string first = decisions[0].get<std::string>();
       EXPECT_EQ(first, text.substr(0, first.size()));
     }

