@@ -1,10 +1,13 @@
 #include "solver/yaml_reader.h"
 
+#include <yaml-cpp/eventhandler.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <map>
 #include <optional>
+#include <sstream>
 #include <system_error>
 
 #include "geometry/expression.h"
@@ -149,6 +152,50 @@ bool ParseInteger(const std::string& text, int* value) {
   return result.ec == std::errc() && result.ptr == end;
 }
 
+namespace {
+
+// Where the documents of a text begin; the parts of a document do not matter.
+class DocumentStarts : public YAML::EventHandler {
+ public:
+  const std::vector<YAML::Mark>& marks() const { return marks_; }
+
+  void OnDocumentStart(const YAML::Mark&) override { begins_ = true; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t) override { Note(mark); }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t) override { Note(mark); }
+  void OnScalar(const YAML::Mark& mark,
+                const std::string&,
+                YAML::anchor_t,
+                const std::string&) override {
+    Note(mark);
+  }
+  void OnSequenceStart(const YAML::Mark& mark,
+                       const std::string&,
+                       YAML::anchor_t,
+                       YAML::EmitterStyle::value) override {
+    Note(mark);
+  }
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& mark,
+                  const std::string&,
+                  YAML::anchor_t,
+                  YAML::EmitterStyle::value) override {
+    Note(mark);
+  }
+  void OnMapEnd() override {}
+
+ private:
+  void Note(const YAML::Mark& mark) {
+    if (begins_) marks_.push_back(mark);
+    begins_ = false;
+  }
+
+  bool begins_ = false;
+  std::vector<YAML::Mark> marks_;
+};
+
+}  // namespace
+
 // ---- The reader -----------------------------------------------------------------------------
 
 Names Kinds(const KindKeys& keys) {
@@ -165,19 +212,28 @@ bool YamlReader::ReadDocument(const std::string& text,
   const std::string problem = TextProblem(text, &root.line);
   if (!problem.empty()) return FailWith(root, problem);
   root.line = 1;
-  std::vector<YAML::Node> documents;
+  // The end mark makes yaml-cpp notice a quote that is never closed.
+  const std::string marked = text + "\n...\n";
   // yaml-cpp reports by exceptions; none may leave this function.
   try {
-    // The end mark makes yaml-cpp notice a quote that is never closed.
-    documents = YAML::LoadAll(text + "\n...\n");
-    if (documents.size() > 1) {
-      root.line = std::max(documents[1].Mark().line + 1, 1);
+    // Not LoadAll: some texts, as one that begins with a comma, are empty documents without end to
+    // it. Two are enough to know.
+    DocumentStarts starts;
+    std::istringstream stream(marked);
+    YAML::Parser parser(stream);
+    for (int i = 0; i < 2 && parser.HandleNextDocument(starts); ++i) {
+    }
+    const std::vector<YAML::Mark>& marks = starts.marks();
+    if (marks.size() > 1) {
+      root.line = std::max(marks[1].line + 1, 1);
+      if (marks[1].pos == marks[0].pos) {
+        return Fail(root, "a YAML mistake (text that is part of nothing)", "valid YAML");
+      }
       return Fail(root, "a second YAML document", "one document");
     }
-    if (documents.empty() || documents[0].IsNull()) {
-      return Fail(root, "an empty file", allowed);
-    }
-    root.node.reset(documents[0]);
+    const YAML::Node document = marks.empty() ? YAML::Node() : YAML::Load(marked);
+    if (document.IsNull()) return Fail(root, "an empty file", allowed);
+    root.node.reset(document);
     root.line = std::max(root.node.Mark().line + 1, 1);
     return read(root);
   } catch (const YAML::Exception& exception) {

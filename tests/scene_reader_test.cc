@@ -463,6 +463,9 @@ std::vector<Mistake> Mistakes() {
       {"TextOnly",
        "hello\n",
        "1: scene: found 'hello'; allowed a map with the keys name, surface, shell, ..."},
+      {"LeadingComma",  // yaml-cpp's LoadAll never ends here
+       ", lu",
+       "1: scene: found a YAML mistake (text that is part of nothing); allowed valid YAML"},
       {"TwoDocuments",
        Edit("shell:\n",
             "---\n"
