@@ -9,6 +9,7 @@
 #include <tuple>
 #include <vector>
 
+#include "geometry/icosphere.h"
 #include "solver/goal_response.h"
 #include "tests/solve_util.h"
 
@@ -286,6 +287,39 @@ TEST(AccuracyTest, SolverErrorIsThatOfTheDigitsOfANonlinearSolve) {
       (exact.Probe() - rough.summary.probes[0].displacement).norm() / exact.Probe().norm();
   ASSERT_TRUE(rough.report.solver.has_value());
   EXPECT_LE(error, 5.0 * *rough.report.solver + 1e-11);
+}
+
+TEST(AccuracyTest, MeshesAreRefinedWhereFingersTouch) {
+  Scene scene;
+  std::string error;
+  ASSERT_TRUE(ParseScene(R"(
+name: ball
+surface: {kind: icosphere, radius: 31.25, frequency: 6}
+shell: {thickness: 2.5, young_modulus: 1, poisson_ratio: 0.5}
+model: {accuracy: 0.01}
+supports:
+  - {on: {near: [0, 0, 31.25], radius: 0}, fix: [x, y]}
+  - {on: {near: [0, 0, -31.25], radius: 0}, fix: [x, y]}
+fingers:
+  - {name: top, shape: {kind: sphere, radius: 6}, position: [0, 0, 60], direction: [0, 0, -1], motion: {travel: 2}}
+  - {name: bottom, shape: {kind: sphere, radius: 6}, position: [0, 0, -60], direction: [0, 0, 1], motion: {travel: 2}}
+)",
+                         "ball.yaml",
+                         &scene,
+                         &error))
+      << error;
+  const Refined refined = Refine(scene);
+  ASSERT_TRUE(refined.report.reached) << refined.report.message;
+  ASSERT_GE(refined.report.levels.size(), 2u);
+  EXPECT_EQ(refined.report.levels[0].divisions[0], 0);
+  EXPECT_GT(refined.report.levels[1].dof, refined.report.levels[0].dof);
+  EXPECT_FALSE(refined.report.theory.has_value());  // not known of fingers
+  // A finer ball has the same force within the accuracy and what its other shape does.
+  Scene fine = scene;
+  fine.model.accuracy.reset();
+  fine.surface.mesh = std::make_shared<const TriangleMesh>(MakeIcosphere(31.25, 12));
+  const double expected = SolveScene(fine).summary.steps.back().fingers[0].normal_force;
+  EXPECT_NEAR(refined.summary.steps.back().fingers[0].normal_force, expected, 0.012 * expected);
 }
 
 }  // namespace
