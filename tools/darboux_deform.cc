@@ -17,8 +17,10 @@
 #include <vector>
 
 #include "solver/accuracy.h"
+#include "solver/report_view.h"
 #include "solver/results.h"
 #include "solver/shell_solver.h"
+#include "tools/html_report.h"
 #include "tools/solver_flags.h"
 
 namespace darboux {
@@ -29,7 +31,8 @@ constexpr Tool kTool = {
     "SCENE.yaml --out=DIR [flags]",
     "Solves a scene: deforms its shell under its loads. Writes summary.json, shell.vtu, "
     "shell.pvd,\n"
-    "shell_NNNN.vtu (one per load step), deformed.ply and history.csv into DIR. With\n"
+    "shell_NNNN.vtu (one per load step), deformed.ply and history.csv into DIR, and with --report\n"
+    "report.html. With\n"
     "model.accuracy in the scene the divisions are doubled until the estimated error is within "
     "it.\n"
     "Flags that override the scene do not change its expectations: these are evaluated as they\n"
@@ -146,8 +149,15 @@ int Run(int argc, char** argv) {
   }
 
   Results results;
+  MoreFiles more;
+  if (FLAGS_report) {
+    more = [&](const nlohmann::ordered_json& json) {
+      return std::vector<NamedFile>{
+          {kReportFile, MakeReportHtml(MakeSceneReport(kTool.name, *problem, summary, json))}};
+    };
+  }
   if (!WriteResults(
-          FLAGS_out, *problem, summary, refines ? &accuracy : nullptr, &results, &error)) {
+          FLAGS_out, *problem, summary, refines ? &accuracy : nullptr, &results, &error, more)) {
     PrintError(error);
     return kExitNotConverged;
   }
@@ -164,9 +174,10 @@ int Run(int argc, char** argv) {
     for (const ExpectResult& result : results.expectations) {
       std::printf("  expect %s\n", FormatExpectation(result).c_str());
     }
-    std::printf("results in %s: %zu files, summary.json, shell.pvd (ParaView)\n",
+    std::printf("results in %s: %zu files, summary.json, shell.pvd (ParaView)%s\n",
                 FLAGS_out.c_str(),
-                results.files.size());
+                results.files.size(),
+                FLAGS_report ? ", report.html (browser)" : "");
     std::fflush(stdout);
   }
 

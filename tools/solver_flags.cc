@@ -14,6 +14,7 @@
 
 #include "geometry/nearest_name.h"
 #include "solver/scene_reader.h"
+#include "tools/html_report.h"
 
 DEFINE_string(out, "", "Folder for all results; created when missing.");
 DEFINE_int32(threads, 0, "Threads, 1 to 1024; 0 for as many as the machine runs at once.");
@@ -33,6 +34,10 @@ DEFINE_double(time_limit,
               0.0,
               "Seconds after which the solver stops and what it has is written; 0 for no limit.");
 DEFINE_bool(quiet, false, "Print nothing but errors.");
+DEFINE_bool(report,
+            false,
+            "Write report.html as well: the deformed shape to turn and colour, all numbers, plots, "
+            "in one file that any browser opens.");
 DEFINE_string(sparse_backend,
               "auto",
               "Sparse factorisation: suite_sparse, eigen (slower, runs no GPL code), or auto: "
@@ -228,6 +233,7 @@ bool ParseCommandLine(const Tool& tool,
     return fail("found " + found + "; allowed exactly " + std::to_string(tool.num_arguments));
   }
   if (FLAGS_out.empty()) return fail("--out: found no folder; allowed the name of a folder");
+  if (FLAGS_report && !HasReportPage()) return fail(NoReportPage());
   return true;
 }
 
