@@ -88,10 +88,10 @@ function prepare(flags) {
     shape.show(flags.view);
   }
   if (flags.only === 'viewer') {
-    document.querySelector('.shape-grid').style.gridTemplateColumns = '1fr';
-    document.querySelector('.panel').hidden = true;
-    viewer.canvas.parentElement.style.height = `${window.innerHeight}px`;
-    viewer.canvas.parentElement.style.borderRadius = '0';
+    // Over all the rest.
+    const stage = viewer.canvas.parentElement;
+    document.body.append(stage);
+    stage.style.cssText = 'position: fixed; inset: 0; height: 100vh; border-radius: 0; z-index: 99';
     viewer.resize();
     viewer.resetCamera();
   }

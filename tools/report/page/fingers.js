@@ -65,6 +65,18 @@ export class Fingers {
     });
   }
 
+  // [x, y, z, radius] around each where it is, in the frame of the screen. Planes are not asked to
+  // be seen as a whole.
+  balls(center, size) {
+    return this.fingers.map((finger, i) => {
+      this.meshes[i].geometry.computeBoundingSphere();
+      const {radius} = this.meshes[i].geometry.boundingSphere;
+      const {x, y, z} = this.meshes[i].position;
+      const counts = finger.shape === 'plane' ? 0 : Math.min(radius, 0.3 * size) / size;
+      return [...[x, y, z].map((v, k) => (v - center[k]) / size), counts];
+    });
+  }
+
   dispose() {
     for (const mesh of this.meshes) mesh.geometry.dispose();
     this.material.dispose();

@@ -12,7 +12,7 @@ export function sceneBadges(summary) {
   if (expect.length > 0) {
     const failed = expect.filter((e) => !e.holds).length;
     list.push(badge(failed === 0 ? 'good' : 'bad', failed === 0 ?
-      `${expect.length} expectation${expect.length > 1 ? 's' : ''} hold` :
+      expect.length === 1 ? '1 expectation holds' : `${expect.length} expectations hold` :
       `${failed} of ${expect.length} expectations fail`));
   }
   const modes = summary.stability?.negative_modes;

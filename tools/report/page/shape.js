@@ -4,6 +4,7 @@ import {gradient} from './colormaps.js';
 import {element, newId} from './dom.js';
 import {quantitiesOf} from './fields.js';
 import {number, tickTexts, ticks, unit, power} from './format.js';
+import {vector} from './tables.js';
 import {Viewer} from './viewer.js';
 
 const KEYS = 'Arrow keys turn, with Shift they move; + and − zoom; Home resets; Space plays.';
@@ -261,7 +262,6 @@ export class ShapeSection {
   lines(place) {
     const {viewer} = this;
     const {rest, displacement, value} = viewer.read(place);
-    const vector = (x) => `(${x.map((v) => number(v, 4)).join(', ')})`;
     const list = [];
     if (viewer.field) {
       const name = viewer.quantity.label ? `${viewer.field.label}, ${viewer.quantity.label}` :

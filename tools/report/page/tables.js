@@ -3,6 +3,13 @@
 import {element} from './dom.js';
 import {number, words} from './format.js';
 
+// What is but rounding beside the largest component is written as zero; the title has it.
+export function vector(values, digits = 4) {
+  const largest = Math.max(...values.map((x) => Math.abs(x ?? 0)));
+  const show = (x) => (typeof x === 'number' && x !== 0 && Math.abs(x) < 1e-9 * largest ? '~0' : number(x, digits));
+  return `(${values.map(show).join(', ')})`;
+}
+
 export function cell(value) {
   if (value instanceof Node) return element('td', {}, value);
   if (typeof value === 'number' || value === null || value === undefined) {
@@ -12,8 +19,7 @@ export function cell(value) {
   }
   if (typeof value === 'boolean') return element('td', {}, value ? 'yes' : 'no');
   if (Array.isArray(value)) {
-    return element('td', {class: 'number', title: value.join(', ')},
-                   `(${value.map((x) => number(x)).join(', ')})`);
+    return element('td', {class: 'number', title: value.join(', ')}, vector(value));
   }
   return element('td', {}, String(value));
 }

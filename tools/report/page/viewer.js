@@ -165,8 +165,8 @@ export class Viewer {
 
     this.magnification = this.naturalMagnification();
     this.time = view.steps.length - 1;
+    this.setField(view.fields[0]?.name ?? '', undefined, this.rangeKind ?? 'all');
     this.resetCamera();
-    this.setField(view.fields[0]?.name ?? '', undefined, 'all');
   }
 
   makeCloud(cloud) {
@@ -421,15 +421,43 @@ export class Viewer {
     this.lookFrom(DEFAULT_EYE);
   }
 
-  // Along a direction, so that all is seen.
+  // Along a direction, so that all is seen: shape, undeformed shape, fingers.
   lookFrom(direction, up = [0, 0, 1]) {
-    this.camera.up.set(...up);
-    this.controls.target.set(0, 0, 0);
-    const aspect = Math.max(0.1, this.camera.aspect);
-    const half = Math.tan((this.camera.fov * Math.PI) / 360) * Math.min(1, aspect);
-    const distance = 0.56 / half;
-    this.camera.position.copy(direction).normalize().multiplyScalar(distance);
-    this.controls.update();
+    const {camera, controls} = this;
+    camera.up.set(...up);
+    camera.position.copy(direction).normalize().multiplyScalar(10);
+    camera.lookAt(0, 0, 0);
+    camera.updateMatrixWorld();
+    const x = new Vector3().setFromMatrixColumn(camera.matrixWorld, 0);
+    const y = new Vector3().setFromMatrixColumn(camera.matrixWorld, 1);
+    const z = new Vector3().setFromMatrixColumn(camera.matrixWorld, 2);
+    // Everything as points with a radius, in the frame of the camera.
+    const balls = [];
+    const p = new Vector3();
+    const add = (px, py, pz, radius) => {
+      p.set(px, py, pz);
+      balls.push([p.dot(x), p.dot(y), p.dot(z), radius]);
+    };
+    const skip = 3 * Math.max(1, Math.floor(this.n / 4000));
+    for (const values of [this.positions.array, this.ghost.geometry.attributes.position.array]) {
+      for (let i = 0; i < values.length; i += skip) add(values[i], values[i + 1], values[i + 2], 0);
+    }
+    for (const ball of this.fingers.balls(this.center, this.size)) add(...ball);
+    if (balls.length === 0) add(0, 0, 0, 0.5);
+    // The middle of what is seen, then far enough away for each ball.
+    const low = (k) => Math.min(...balls.map((b) => b[k] - b[3]));
+    const high = (k) => Math.max(...balls.map((b) => b[k] + b[3]));
+    const mid = [0, 1, 2].map((k) => 0.5 * (low(k) + high(k)));
+    const tan = Math.tan((camera.fov * Math.PI) / 360), margin = 1.1;
+    let distance = 0.05;
+    for (const [bx, by, bz, radius] of balls) {
+      const half = Math.max((Math.abs(bx - mid[0]) + radius) / camera.aspect,
+                            Math.abs(by - mid[1]) + radius);
+      distance = Math.max(distance, bz - mid[2] + (margin * half) / tan);
+    }
+    controls.target.copy(x.multiplyScalar(mid[0])).addScaledVector(y, mid[1]).addScaledVector(z, mid[2]);
+    camera.position.copy(controls.target).addScaledVector(z, distance);
+    controls.update();
     this.draw();
   }
 
