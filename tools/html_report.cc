@@ -87,8 +87,9 @@ std::string MakeReportHtml(const Report& report) {
   // Text that is no UTF-8 is replaced where JSON is written; the title goes the same way.
   const nlohmann::ordered_json name = nlohmann::ordered_json::parse(
       header["name"].dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
-  std::string html = page.substr(0, title) + TextForHtml(name.get<std::string>()) +
-                     page.substr(title + sizeof(kTitleMark) - 1, data - title - sizeof(kTitleMark) + 1);
+  std::string html =
+      page.substr(0, title) + TextForHtml(name.get<std::string>()) +
+      page.substr(title + sizeof(kTitleMark) - 1, data - title - sizeof(kTitleMark) + 1);
   html += "<script type=\"application/json\" id=\"darboux-header\">" + JsonForHtml(header) +
           "</script>\n";
   const std::vector<std::string>& blobs = report.arrays.blobs();
