@@ -12,8 +12,10 @@
 
 #include "solver/calibration.h"
 #include "solver/calibration_reader.h"
+#include "solver/calibration_report.h"
 #include "solver/calibration_results.h"
 #include "solver/file_set.h"
+#include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/solver_flags.h"
 
@@ -28,8 +30,8 @@ constexpr Tool kTool = {
     "Young's modulus and, where asked, gas pressure, thickness and Poisson's ratio of a shell "
     "from\n"
     "scans, force readings and fields of displacements of its measured states. Writes\n"
-    "calibration.json into DIR, and a folder grasp_K with the results of each scene in the\n"
-    "calibrated state.\n"
+    "calibration.json into DIR, with --report also report.html, and a folder grasp_K with the\n"
+    "results of each scene in the calibrated state.\n"
     "\n"
     "exit status: 0 converged, every parameter that is asked for is identified\n"
     "             1 not converged or interrupted, a scan that matches nothing, or a parameter "
@@ -95,13 +97,23 @@ int Run(int argc, char** argv) {
   for (const std::unique_ptr<StateModel>& model : models) {
     if (!model->Settle(&error)) PrintError(error);
   }
-  if (!WriteCalibration(FLAGS_out, spec, summary, models, &error)) {
+  MoreFiles more;
+  if (FLAGS_report) {
+    more = [&](const nlohmann::ordered_json& json) {
+      return std::vector<NamedFile>{
+          {kReportFile,
+           MakeReportHtml(MakeCalibrationReport(kTool.name, spec, summary, models, json))}};
+    };
+  }
+  if (!WriteCalibration(FLAGS_out, spec, summary, models, &error, more)) {
     PrintError(error);
     return kExitNotConverged;
   }
   if (!FLAGS_quiet) {
     std::printf("%s: %s", spec.name.c_str(), summary.FullReport().c_str());
-    std::printf("results in %s: calibration.json\n", FLAGS_out.c_str());
+    std::printf("results in %s: calibration.json%s\n",
+                FLAGS_out.c_str(),
+                FLAGS_report ? ", report.html" : "");
     std::fflush(stdout);
   }
   exit_status = kExitDone;

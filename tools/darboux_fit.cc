@@ -17,10 +17,12 @@
 
 #include "geometry/point_cloud.h"
 #include "geometry/shell_face.h"
+#include "solver/report_view.h"
 #include "solver/results.h"
 #include "solver/scan_results.h"
 #include "solver/shape_fit.h"
 #include "solver/shell_solver.h"
+#include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/solver_flags.h"
 
@@ -55,7 +57,8 @@ constexpr Tool kTool = {
     "SCENE.yaml --scan=FILE --out=DIR [flags]",
     "Fits the deformation of a scene's shell to a scan of it, registration included: distances to\n"
     "the scan and elastic energy, which fills what the scan does not show. Writes fit.json,\n"
-    "shell.vtu (with the error map scan_distance), deformed.ply and scan_registered.ply into DIR.\n"
+    "shell.vtu (with the error map scan_distance), deformed.ply and scan_registered.ply into DIR,\n"
+    "and with --report report.html.\n"
     "\n"
     "exit status: 0 done\n"
     "             1 the scan does not match, or not converged (results are written and marked)\n"
@@ -291,14 +294,45 @@ int Run(int argc, char** argv) {
   if (!distances.empty()) {
     ShellFace face(shell->surface(), offset);
     face.SetDisplacements(displacements);
-    files.push_back(
-        {"shell.vtu",
-         MakeVtu(*shell, displacements, MakeScanFields(face, feet, distances, counts))});
+    const std::vector<ExtraField> scan_fields = MakeScanFields(face, feet, distances, counts);
+    files.push_back({"shell.vtu", MakeVtu(*shell, displacements, scan_fields)});
     files.push_back({"deformed.ply", MakeDeformedPly(*shell, displacements)});
     files.push_back(
         {"scan_registered.ply", MakeRegisteredPly(scan.points, pose, distances, counts)});
   }
   json["time_s"] = std::chrono::duration<double>(Clock::now() - start).count();
+  if (FLAGS_report) {
+    Report page = MakeReport(kTool.name, scene.name);
+    ReportShape shape;
+    shape.title = scene.name;
+    shape.problem = shell.get();
+    shape.scene = &scene;
+    if (solves) shape.states = StatesOf(solver_summary);
+    for (ReportState& state : shape.states) state.label = "computed, " + state.label;
+    if (!distances.empty()) {
+      // What is held against the scan; a shape that is not fitted is the last one there, or the
+      // shell at rest.
+      if (fits || shape.states.empty()) {
+        ReportState state;
+        state.label = fits ? "fitted to the scan" : "held against the scan";
+        state.displacements = &displacements;
+        shape.states.push_back(state);
+      }
+      ShellFace face(shell->surface(), offset);
+      face.SetDisplacements(displacements);
+      shape.distances = {CoveredDistance(MakeScanFields(face, feet, distances, counts))};
+      std::vector<Eigen::Vector3d> points;
+      for (const Eigen::Vector3d& x : scan.points) points.push_back(pose * x);
+      shape.clouds = {MakeCloud("scan, registered", "distance from the face", points, distances)};
+    }
+    AddShellView(shape, &page);
+    if (solves) {
+      AddHistory(scene, solver_summary, &page);
+      page.header["documents"]["summary"] = MakeSummaryJson(scene, solver_summary, nullptr);
+    }
+    page.header["documents"]["fit"] = json;
+    files.push_back({kReportFile, MakeReportHtml(page)});
+  }
   files.push_back({"fit.json", json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"});
   if (!WriteFiles(FLAGS_out, files, &error)) {
     PrintError(error);
