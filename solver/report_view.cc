@@ -252,7 +252,6 @@ std::vector<ReportState> StatesOf(const SolverSummary& summary) {
     state.displacements = &step.displacements;
     state.fingers = &step.fingers;
     state.contact = &step.contact_points;
-    state.probes = &step.probe_displacements;
     states.push_back(std::move(state));
   }
   return states;
@@ -318,10 +317,14 @@ void AddShellView(const ReportShape& shape, Report* report) {
   for (size_t p = 0; p < scene.probes.size(); ++p) {
     const ElementPoint at = Resolve(scene.probes[p].at, problem.surface());
     Json displacement = {Numbers(Eigen::Vector3d::Zero())};
+    const std::vector<int>& vertices = problem.surface().control_vertices(at.element);
+    const Eigen::VectorXd weights = problem.surface().ValueWeights(at);
     for (const ReportState* state : states) {
-      const bool known = state->probes != nullptr && p < state->probes->size();
-      displacement.push_back(
-          Numbers(known ? (*state->probes)[p] : Eigen::Vector3d::Constant(kNaN)));
+      Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        moved += weights[i] * state->displacements->col(vertices[i]);
+      }
+      displacement.push_back(Numbers(moved));
     }
     probes.push_back({{"name", scene.probes[p].name},
                       {"position", Numbers(problem.surface().Position(at))},

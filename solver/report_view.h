@@ -54,7 +54,6 @@ struct ReportState {
   const Eigen::Matrix3Xd* displacements = nullptr;  // control displacements
   const std::vector<FingerReport>* fingers = nullptr;
   const std::vector<ContactPointReport>* contact = nullptr;
-  const std::vector<Eigen::Vector3d>* probes = nullptr;
 };
 
 struct ReportShape {

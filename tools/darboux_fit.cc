@@ -340,7 +340,10 @@ int Run(int argc, char** argv) {
   }
   if (!FLAGS_quiet) {
     std::printf("%s: %s", scene.name.c_str(), report.c_str());
-    std::printf("results in %s: %zu files, fit.json\n", FLAGS_out.c_str(), files.size());
+    std::printf("results in %s: %zu files, fit.json%s\n",
+                FLAGS_out.c_str(),
+                files.size(),
+                FLAGS_report ? ", report.html" : "");
     std::fflush(stdout);
   }
   if (done) return kExitDone;
