@@ -32,6 +32,9 @@ expect_text(group__solver.html "p V^1.4 = const")
 expect_text(structdarboux_1_1Taylor3.html "<li>abs at 0: zero, the mean of both sides;")
 expect_text(classdarboux_1_1ShellSurface.html "<li>parametric: the exact sigma")
 expect_text(structdarboux_1_1Taylor3.html "const Taylor3 f = sin(u) * pow(v, 3);")
+# Doxygen leaves text in quotes alone.
+expect_text(classdarboux_1_1Expression.html "\"0 &lt; u &lt; 1\" is a mistake")
+expect_text(group__geometry.html "<li>.ply, .obj, .stl, .off: the vertices, see")
 # Names are links.
 expect_text(group__solver.html "href=\"structdarboux_1_1SolverSummary.html\"")
 expect_text(index.html "href=\"group__geometry.html\"")

@@ -103,7 +103,7 @@ function Block(first, last,    k, next_line, indent) {
   line[last] = line[last] " */"
 }
 
-function Convert(first, last, indent,    k, text, end, in_list, list_indent, spaces) {
+function Convert(first, last, indent,    k, text, end, in_list, list_indent, spaces, original, pad) {
   in_list = 0
   for (k = first; k <= last; ++k) {
     text = TextOf(line[k])
@@ -115,6 +115,7 @@ function Convert(first, last, indent,    k, text, end, in_list, list_indent, spa
       in_list = 0
     }
     if (in_list || spaces < 2) {
+      original = line[k]
       line[k] = indent Escaped(text)
       continue
     }
@@ -124,13 +125,27 @@ function Convert(first, last, indent,    k, text, end, in_list, list_indent, spa
       ++end
     }
     while (IsEmpty(TextOf(line[end]))) --end
-    if (IsTerms(k, end)) {
+    if (k > first && !IsEmpty(TextOf(original)) && IsHanging(TextOf(original), k, end)) {
+      if (k - 1 == first) pad = "    "  # of "/** "
+      line[k - 1] = indent (k - 1 == first ? "" : pad) "- " Escaped(TextOf(original))
+      for (; k <= end; ++k) {
+        text = TextOf(line[k])
+        line[k] = indent pad "  " Escaped(substr(text, Indent(text) + 1))
+      }
+    } else if (IsTerms(k, end)) {
       Terms(k, end, indent)
     } else {
       Verbatim(k, end, indent, first)
     }
     k = end
   }
+}
+
+# A sentence that begins with "name: " and goes on indented.
+function IsHanging(head, first, last,    k) {
+  if (head !~ /^[A-Za-z_., ]+: +[a-z]/ || index(head, ":") > 30) return 0
+  for (k = first; k <= last; ++k) if (TextOf(line[k]) !~ /^  [^ ]/ || line[k] ~ / = /) return 0
+  return 1
 }
 
 # "name: a sentence" at the least indentation, and what goes on is indented more.
@@ -232,15 +247,23 @@ function KindOf(before) {
   return "body"
 }
 
-function Escaped(text,    out, c, k, is_code, pairs) {
+# Doxygen leaves text in double quotes alone.
+function Escaped(text,    out, c, k, is_code, pairs, quotes, is_quoted) {
   pairs = gsub(/`/, "`", text) % 2 == 0
+  quotes = gsub(/"/, "\"", text) % 2 == 0
+  is_quoted = 0
   is_code = 0
   out = ""
   for (k = 1; k <= length(text); ++k) {
     c = substr(text, k, 1)
-    if (c == "`" && pairs) {
+    if (c == "\"" && quotes) is_quoted = !is_quoted
+    if (is_quoted && substr(text, k, 2) != "*/") {
+      out = out c
+    } else if (c == "`" && pairs) {
       out = out (is_code ? "</code>" : "<code>")
       is_code = !is_code
+    } else if (c == "#" && substr(text, k + 1, 1) !~ /[A-Za-z_:]/) {
+      out = out c
     } else if (index("\\@&<>#%$", c) > 0) {
       out = out "\\" c
     } else if (substr(text, k, 2) == "--") {
