@@ -17,8 +17,10 @@
 #include <vector>
 
 #include "solver/accuracy.h"
+#include "solver/report_view.h"
 #include "solver/results.h"
 #include "solver/shell_solver.h"
+#include "tools/html_report.h"
 #include "tools/solver_flags.h"
 
 namespace darboux {
@@ -38,7 +40,8 @@ constexpr HelpItem kFiles[] = {
     {"history.csv", "one row per load step"},
     {"contact.csv",
      "of scenes with fingers: of each load step a row for every point in contact, its place, "
-     "pressure and friction"}};
+     "pressure and friction"},
+    {"report.html", "with --report: shape, numbers and plots in one file, for any browser"}};
 
 constexpr HelpItem kExitStatuses[] = {
     {"0", "converged, and every expectation of the scene holds"},
@@ -179,8 +182,15 @@ int Run(int argc, char** argv) {
   }
 
   Results results;
+  MoreFiles more;
+  if (FLAGS_report) {
+    more = [&](const nlohmann::ordered_json& json) {
+      return std::vector<NamedFile>{
+          {kReportFile, MakeReportHtml(MakeSceneReport(kTool.name, *problem, summary, json))}};
+    };
+  }
   if (!WriteResults(
-          FLAGS_out, *problem, summary, refines ? &accuracy : nullptr, &results, &error)) {
+          FLAGS_out, *problem, summary, refines ? &accuracy : nullptr, &results, &error, more)) {
     PrintError(error);
     return kExitNotConverged;
   }
@@ -197,9 +207,10 @@ int Run(int argc, char** argv) {
     for (const ExpectResult& result : results.expectations) {
       std::printf("  expect %s\n", FormatExpectation(result).c_str());
     }
-    std::printf("results in %s: %zu files, summary.json, shell.pvd (ParaView)\n",
+    std::printf("results in %s: %zu files, summary.json, shell.pvd (ParaView)%s\n",
                 FLAGS_out.c_str(),
-                results.files.size());
+                results.files.size(),
+                FLAGS_report ? ", report.html (browser)" : "");
     std::fflush(stdout);
   }
 

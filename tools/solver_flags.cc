@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "solver/scene_reader.h"
+#include "tools/html_report.h"
 
 // The form of their texts is that of tools/help.h.
 DEFINE_string(out,
@@ -18,6 +19,10 @@ DEFINE_string(out,
               "output | DIR | folder; required | For all results; created when missing. Nothing is "
               "written anywhere else.");
 DEFINE_bool(quiet, false, "output | | | Prints nothing but errors.");
+DEFINE_bool(report,
+            false,
+            "output | | | Writes report.html as well: the deformed shape to turn and colour, all "
+            "numbers, plots, in one file that any browser opens.");
 
 DEFINE_bool(repair,
             false,
@@ -99,6 +104,7 @@ bool ParseCommandLine(const Tool& tool,
   if (FLAGS_out.empty()) {
     return FailUsage(tool, "--out: found no folder; allowed the name of a folder", exit_status);
   }
+  if (FLAGS_report && !HasReportPage()) return FailUsage(tool, NoReportPage(), exit_status);
   return true;
 }
 

@@ -15,6 +15,7 @@
 
 DECLARE_string(out);
 DECLARE_bool(quiet);
+DECLARE_bool(report);
 
 namespace darboux {
 
