@@ -259,14 +259,13 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
 void Grasp::AddPatches(const ShellSurface& surface, int index, std::vector<Patch>* patches) const {
   const Finger& finger = fingers_[index];
   const ContactFinger& contact = finger.contact;
-  const auto add = [&](int element,
-                       const std::vector<StrainPoint>& points,
-                       std::vector<ElementPoint> places) {
-    patches->push_back({element,
-                        index,
-                        std::make_shared<const ContactPoints>(ContactPoints::From(points)),
-                        std::move(places)});
-  };
+  const auto add =
+      [&](int element, const std::vector<StrainPoint>& points, std::vector<ElementPoint> places) {
+        patches->push_back({element,
+                            index,
+                            std::make_shared<const ContactPoints>(ContactPoints::From(points)),
+                            std::move(places)});
+      };
   if (finger.spec->shape == FingerSpec::Shape::kPin) {
     const ElementPoint at = surface.ClosestPoint(Vector(finger.spec->position));
     StrainPoint point = surface.MakePoint(at);

@@ -94,9 +94,9 @@ class Grasp {
     int element = 0;
     int finger = 0;
     FingerContact* contact = nullptr;
-    Friction* friction = nullptr;  // null: frictionless
-    int first = 0;                 // of its points in the state
-    double* travel = nullptr;      // last parameter of both, of a finger that a force drives
+    Friction* friction = nullptr;      // null: frictionless
+    int first = 0;                     // of its points in the state
+    double* travel = nullptr;          // last parameter of both, of a finger that a force drives
     std::vector<ElementPoint> places;  // of the contact's points
   };
   const std::vector<Block>& blocks() const { return blocks_; }

@@ -101,8 +101,10 @@ class FieldWriter {
     const Eigen::MatrixXd* const values[] = {&displacement, &membrane, &bending, &stress, &energy};
     for (size_t f = 0; f < 5; ++f) fields_[f].steps.push_back(arrays->AddQuantised(*values[f]));
     if (!has_contact_) return;
-    const std::vector<double> pressure = MakeContactPressure(
-        problem_.surface(), mesh_, contact != nullptr ? *contact : std::vector<ContactPointReport>());
+    const std::vector<double> pressure =
+        MakeContactPressure(problem_.surface(),
+                            mesh_,
+                            contact != nullptr ? *contact : std::vector<ContactPointReport>());
     fields_.back().steps.push_back(
         arrays->AddQuantised(Eigen::Map<const Eigen::RowVectorXd>(pressure.data(), n)));
   }
@@ -257,7 +259,8 @@ void AddShellView(const ReportShape& shape, Report* report) {
   view["drawn"] = states.size();
   view["states"] = shape.states.size();
   Json steps = {{{"number", 0}, {"label", "at rest"}, {"factor", 0.0}}};
-  writer.AddState(Eigen::Matrix3Xd::Zero(3, problem.surface().mesh().num_vertices), nullptr, arrays);
+  writer.AddState(
+      Eigen::Matrix3Xd::Zero(3, problem.surface().mesh().num_vertices), nullptr, arrays);
   for (const ReportState* state : states) {
     steps.push_back({{"number", state - shape.states.data() + 1},
                      {"label", state->label},
@@ -284,7 +287,8 @@ void AddShellView(const ReportShape& shape, Report* report) {
     Json displacement = {Numbers(Eigen::Vector3d::Zero())};
     for (const ReportState* state : states) {
       const bool known = state->probes != nullptr && p < state->probes->size();
-      displacement.push_back(Numbers(known ? (*state->probes)[p] : Eigen::Vector3d::Constant(kNaN)));
+      displacement.push_back(
+          Numbers(known ? (*state->probes)[p] : Eigen::Vector3d::Constant(kNaN)));
     }
     probes.push_back({{"name", scene.probes[p].name},
                       {"position", Numbers(problem.surface().Position(at))},
@@ -361,7 +365,23 @@ void AddHistory(const Scene& scene, const SolverSummary& summary, Report* report
     }
     history.push_back(std::move(entry));
   }
-  report->header["views"].back()["history"] = std::move(history);
+  Json& view = report->header["views"].back();
+  view["history"] = std::move(history);
+  // Columns: paths have thousands of iterations.
+  Json& iterations = view["iterations"];
+  for (const char* name :
+       {"method", "step", "factor", "iteration", "energy", "relative_gradient", "seconds"}) {
+    iterations[name] = Json::array();
+  }
+  for (const IterationReport& iteration : summary.iteration_history) {
+    iterations["method"].push_back(ToString(iteration.method));
+    iterations["step"].push_back(iteration.step);
+    iterations["factor"].push_back(Number(iteration.load_factor));
+    iterations["iteration"].push_back(iteration.iteration);
+    iterations["energy"].push_back(Number(iteration.energy));
+    iterations["relative_gradient"].push_back(Number(iteration.relative_gradient));
+    iterations["seconds"].push_back(Number(iteration.seconds));
+  }
 }
 
 Report MakeSceneReport(const std::string& tool,

@@ -92,6 +92,9 @@ void AddMeshView(const std::string& title,
 //   step, factor, iterations, converged, energy, relative_gradient, max_displacement,
 //   energies {effect}, fingers {name: {travel, normal_force, contact_area, penetration}},
 //   probes {name: [x, y, z]}, gas {gauge_pressure, volume_ratio}, limit_point
+//
+// and ["iterations"], columns of equal length: method, step, factor, iteration, energy,
+// relative_gradient, seconds (solver/iteration_log.h).
 void AddHistory(const Scene& scene, const SolverSummary& summary, Report* report);
 
 // The report of a scene that was solved: its view, history and summary.

@@ -746,9 +746,8 @@ bool WriteResults(const std::string& folder,
     const LoadStep& step = summary.steps[i];
     std::vector<ExtraField> extra;
     if (!scene.fingers.empty()) {
-      extra.push_back(
-          {"contact_pressure",
-           MakeContactPressure(problem.surface(), writer.mesh(), step.contact_points)});
+      extra.push_back({"contact_pressure",
+                       MakeContactPressure(problem.surface(), writer.mesh(), step.contact_points)});
     }
     std::string vtu =
         writer.Vtu(step.displacements, step.mode, step.factor, &num_not_finite, extra);

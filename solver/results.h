@@ -88,9 +88,10 @@ using MoreFiles = std::function<std::vector<NamedFile>(const nlohmann::ordered_j
 //   and those of `more`, where it is given
 //
 // All files appear together, under temporary names (NAME.part) until the last one is complete;
-// shell_NNNN.vtu of an earlier run with more steps and its report.html are removed. Where the final state is not
-// finite, the last one that is stands for it. Values that are not finite are written as 0 in
-// files of fields and left out in history.csv; summary.json then says so and is not converged.
+// shell_NNNN.vtu of an earlier run with more steps and its report.html are removed. Where the final
+// state is not finite, the last one that is stands for it. Values that are not finite are written
+// as 0 in files of fields and left out in history.csv; summary.json then says so and is not
+// converged.
 //
 // False and *error, and the folder's earlier results as they were, where a file cannot be written.
 // `accuracy` may be null.

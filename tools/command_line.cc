@@ -24,22 +24,19 @@ std::string Allowed(const std::string& type) {
 
 }  // namespace
 
-bool FailUsage(const Tool& tool, const std::string& message, int* exit_status) {
-  std::fprintf(stderr, "%s: %s\n", tool.name, message.c_str());
+void PrintUsage(const Tool& tool) {
   std::fprintf(stderr, "usage: %s %s\n", tool.name, tool.usage);
   std::fprintf(stderr, "(--help lists the flags)\n");
-  *exit_status = kExitBadInput;
-  return false;
 }
 
 bool IsGiven(const char* flag) { return !gflags::GetCommandLineFlagInfoOrDie(flag).is_default; }
 
 bool ParseWords(const Tool& tool,
                 const std::string& versions,
-                int argc,
-                char** argv,
+                const std::vector<std::string>& words,
                 std::vector<std::string>* arguments,
-                int* exit_status) {
+                std::string* error) {
+  error->clear();
   const std::vector<gflags::CommandLineFlagInfo> own = OwnFlags(tool);
   std::vector<std::string> own_names, known;
   for (const gflags::CommandLineFlagInfo& flag : own) own_names.push_back(flag.name);
@@ -49,26 +46,23 @@ bool ParseWords(const Tool& tool,
     return std::find(known.begin(), known.end(), name) != known.end();
   };
   const auto fail = [&](const std::string& message) {
-    return FailUsage(tool, message, exit_status);
+    *error = message;
+    return false;
   };
 
-  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   // Help is given whatever else the line says.
   for (const std::string& word : words) {
     if (word == "--") break;
     if (word == "--help" || word == "-help" || word == "--h" || word == "-h") {
       std::fputs(HelpText(tool, WantsBold(stdout)).c_str(), stdout);
-      *exit_status = kExitDone;
       return false;
     }
     if (word == "--help=man" || word == "-help=man") {
       std::fputs(ManPage(tool).c_str(), stdout);
-      *exit_status = kExitDone;
       return false;
     }
     if (word == "--version" || word == "-version") {
       std::printf("%s%s\n", VersionText(tool).c_str(), versions.c_str());
-      *exit_status = kExitDone;
       return false;
     }
   }
@@ -127,13 +121,14 @@ bool ParseWords(const Tool& tool,
   return true;
 }
 
-int RunTool(const Tool& tool, int (*run)(int argc, char** argv), int argc, char** argv) {
+int RunAndCatch(int (*run)(int argc, char** argv), int argc, char** argv, std::string* error) {
+  error->clear();
   try {
     return run(argc, argv);
   } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "%s: out of memory; fewer divisions or points need less\n", tool.name);
+    *error = "out of memory; fewer divisions or points need less";
   } catch (const std::exception& exception) {
-    std::fprintf(stderr, "%s: internal error: %s\n", tool.name, exception.what());
+    *error = std::string("internal error: ") + exception.what();
   }
   return kExitNotConverged;
 }

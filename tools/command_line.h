@@ -18,28 +18,27 @@ enum ExitStatus {
   kExitBadInput = 2       // command line or scene; nothing was written
 };
 
-// Sets the flags that the command line names, as --flag=value, --flag value or -flag=value;
-// --flag and --noflag for true and false; after "--" all are arguments. True: run. False: end with
-// *exit_status; help or version are on stdout, a mistake, the number of arguments included, on
-// stderr in one line and the usage.
+// Sets the flags that the words of a command line name, as --flag=value, --flag value or
+// -flag=value; --flag and --noflag for true and false; after "--" all are arguments. True: run.
+// False and an empty *error: help or version are on stdout, and there is nothing else to do. False
+// and *error: a mistake, in one line, the number of arguments included.
 // Flags known besides the tool's own: glog's v, vmodule, minloglevel, logtostderr and their kin.
 // `versions`: of libraries besides those of VersionText, ", Ceres 2.1.0".
 bool ParseWords(const Tool& tool,
                 const std::string& versions,
-                int argc,
-                char** argv,
+                const std::vector<std::string>& words,
                 std::vector<std::string>* arguments,
-                int* exit_status);
+                std::string* error);
 
-// Prints a mistake on the command line and the usage to stderr. Always false.
-bool FailUsage(const Tool& tool, const std::string& message, int* exit_status);
+// What follows a mistake, on stderr.
+void PrintUsage(const Tool& tool);
 
 // Whether the command line has set a flag.
 bool IsGiven(const char* flag);
 
-// A tool's main: its Run, whose exit status it returns. The project throws nothing; the libraries
-// below it do where memory ends, which is said in one line and ends with status 1.
-int RunTool(const Tool& tool, int (*run)(int argc, char** argv), int argc, char** argv);
+// The exit status of a tool's Run. The project throws nothing; the libraries below it do where
+// memory ends, which is status 1 and said in *error.
+int RunAndCatch(int (*run)(int argc, char** argv), int argc, char** argv, std::string* error);
 
 }  // namespace darboux
 

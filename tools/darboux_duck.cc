@@ -3,6 +3,7 @@
 
 #include <gflags/gflags.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <fstream>
@@ -52,10 +53,19 @@ std::string Shortest(double x) {
   return {text, std::to_chars(text, text + sizeof(text), x).ptr};
 }
 
+int FailUsage(const std::string& message) {
+  std::fprintf(stderr, "%s: %s\n", kTool.name, message.c_str());
+  PrintUsage(kTool);
+  return kExitBadInput;
+}
+
 int Run(int argc, char** argv) {
+  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   std::vector<std::string> arguments;
-  int exit_status = kExitBadInput;
-  if (!ParseWords(kTool, "", argc, argv, &arguments, &exit_status)) return exit_status;
+  std::string error;
+  if (!ParseWords(kTool, "", words, &arguments, &error)) {
+    return error.empty() ? kExitDone : FailUsage(error);
+  }
   if (FLAGS_formula) {
     std::printf("%s\n", DuckFormula().c_str());
     return kExitDone;
@@ -68,8 +78,7 @@ int Run(int argc, char** argv) {
     return kExitBadInput;
   }
   if (FLAGS_out.empty()) {
-    FailUsage(kTool, "--out: found no file; allowed the name of an .obj file", &exit_status);
-    return exit_status;
+    return FailUsage("--out: found no file; allowed the name of an .obj file");
   }
   const TriangleMesh mesh = MakeDuckMesh(FLAGS_frequency);
   std::ofstream out(FLAGS_out);
@@ -96,5 +105,8 @@ int Run(int argc, char** argv) {
 }  // namespace darboux
 
 int main(int argc, char** argv) {
-  return darboux::RunTool(darboux::kTool, darboux::Run, argc, argv);
+  std::string error;
+  const int exit_status = darboux::RunAndCatch(darboux::Run, argc, argv, &error);
+  if (!error.empty()) std::fprintf(stderr, "%s: %s\n", darboux::kTool.name, error.c_str());
+  return exit_status;
 }

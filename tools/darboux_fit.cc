@@ -21,6 +21,7 @@
 #include "solver/scan_results.h"
 #include "solver/shape_fit.h"
 #include "solver/shell_solver.h"
+#include "tools/progress.h"
 #include "tools/solver_flags.h"
 
 DEFINE_string(scan,
@@ -112,9 +113,7 @@ constexpr Tool kTool = {
     "converged, and the exit status is 1. The second one ends the process.",
     kExamples};
 
-void PrintError(const std::string& message) {
-  std::fprintf(stderr, "%s: %s\n", kTool.name, message.c_str());
-}
+void PrintError(const std::string& message) { progress::Error(message); }
 
 bool OneOf(const char* flag,
            const std::string& value,
@@ -154,6 +153,32 @@ bool CheckFlags(std::string* error) {
          OneOf("face", FLAGS_face, {"outer", "inner", "middle"}, error);
 }
 
+void SayIteration(const ShapeFitIteration& iteration) {
+  char line[200];
+  std::snprintf(line,
+                sizeof(line),
+                "weight %.3g  misfit %.4g  iteration %d  %s",
+                iteration.weight,
+                iteration.misfit,
+                iteration.iteration,
+                progress::FormatDuration(iteration.seconds).c_str());
+  progress::Json fields = {{"trial", iteration.trial},
+                           {"weight", iteration.weight},
+                           {"iteration", iteration.iteration},
+                           {"misfit", iteration.misfit},
+                           {"seconds", iteration.seconds}};
+  if (iteration.is_end) {
+    fields["seconds_left_at_most"] = iteration.seconds_left_at_most;
+    const std::string left =
+        ", at most about " + progress::FormatDuration(iteration.seconds_left_at_most) + " left";
+    progress::Say("weight", fields, line + left);
+  } else if (FLAGS_log == "json") {
+    progress::Say("fit_iteration", fields, "");
+  } else {
+    progress::Live(line);
+  }
+}
+
 int Run(int argc, char** argv) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
@@ -175,6 +200,7 @@ int Run(int argc, char** argv) {
     return kExitBadInput;
   }
   options.stop = StopOnSignal();
+  progress::Watch(false, "", &options);
 
   // The shape that the scan is held against.
   const bool fits = FLAGS_mode == "fit";
@@ -204,6 +230,7 @@ int Run(int argc, char** argv) {
   fit_options.num_threads = options.num_threads;
   fit_options.backend = options.backend;
   fit_options.stop = options.stop;
+  fit_options.on_iteration = SayIteration;
   RegistrationOptions& registration_options = fit_options.registration;
   registration_options.seed = static_cast<std::uint64_t>(FLAGS_seed);
   registration_options.num_threads = options.num_threads;

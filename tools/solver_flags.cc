@@ -12,6 +12,7 @@
 
 #include "solver/scene_reader.h"
 #include "tools/html_report.h"
+#include "tools/progress.h"
 
 // The form of their texts is that of tools/help.h.
 DEFINE_string(out,
@@ -23,6 +24,11 @@ DEFINE_bool(report,
             false,
             "output | | | Writes report.html as well: the deformed shape to turn and colour, all "
             "numbers, plots, in one file that any browser opens.");
+DEFINE_string(
+    log,
+    "text",
+    "output | FORMAT | text or json | json: every line on stderr, progress and errors, is "
+    "a JSON object.");
 
 DEFINE_bool(repair,
             false,
@@ -89,8 +95,19 @@ bool ParseCommandLine(const Tool& tool,
                       char** argv,
                       std::vector<std::string>* arguments,
                       int* exit_status) {
-  const std::string versions = ", Ceres " CERES_VERSION_STRING;
-  if (!ParseWords(tool, versions, argc, argv, arguments, exit_status)) return false;
+  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  const auto fail = [&](const std::string& message) {
+    *exit_status = kExitBadInput;
+    const bool json = progress::AsksForJson(words);
+    progress::Error(tool.name, message, json);
+    if (!json) PrintUsage(tool);
+    return false;
+  };
+  std::string error;
+  if (!ParseWords(tool, ", Ceres " CERES_VERSION_STRING, words, arguments, &error)) {
+    *exit_status = kExitDone;
+    return error.empty() ? false : fail(error);
+  }
 
   // glog, and no file of its: it would write to the folder for temporary files.
   if (!IsGiven("minloglevel")) {
@@ -100,12 +117,21 @@ bool ParseCommandLine(const Tool& tool,
   }
   FLAGS_logtostderr = true;
   google::InitGoogleLogging(tool.name);
-
-  if (FLAGS_out.empty()) {
-    return FailUsage(tool, "--out: found no folder; allowed the name of a folder", exit_status);
+  if (FLAGS_log != "text" && FLAGS_log != "json") {
+    return fail("--log: found '" + FLAGS_log + "'; allowed text | json");
   }
-  if (FLAGS_report && !HasReportPage()) return FailUsage(tool, NoReportPage(), exit_status);
+
+  if (FLAGS_out.empty()) return fail("--out: found no folder; allowed the name of a folder");
+  if (FLAGS_report && !HasReportPage()) return fail(NoReportPage());
+  progress::Start(tool.name, DARBOUX_VERSION, words);
   return true;
+}
+
+int RunTool(const Tool& tool, int (*run)(int argc, char** argv), int argc, char** argv) {
+  std::string error;
+  const int exit_status = RunAndCatch(run, argc, argv, &error);
+  if (!error.empty()) progress::Error(tool.name, error, progress::IsJson());
+  return progress::Done(exit_status);
 }
 
 bool ReadSceneWithFlags(const std::string& file, Scene* scene, std::string* error) {
@@ -114,7 +140,7 @@ bool ReadSceneWithFlags(const std::string& file, Scene* scene, std::string* erro
   if (!ReadScene(file, scene, error, options)) return false;
   if (!FLAGS_quiet) {
     for (const std::string& line : scene->surface.mended) {
-      std::fprintf(stderr, "%s\n", line.c_str());
+      progress::Say("repair", {{"text", line}}, line);
     }
   }
   return true;

@@ -133,8 +133,9 @@ export function plot(spec) {
   const drawable = (p) => Number.isFinite(p.x) && Number.isFinite(p.y) &&
     (!spec.logX || p.x > 0) && (!spec.logY || p.y > 0);
   const series = spec.bars ? spec.series :
-    spec.series.map((s) => ({...s, points: s.points.filter(drawable)}))
-      .filter((s) => s.points.length > 0);
+    spec.series.filter((s) => s.points.some(drawable)).map((s) => ({
+      ...s, points: s.gaps ? s.points.map((p) => (drawable(p) ? p : {x: p.x, y: NaN})) :
+        s.points.filter(drawable)}));
   if (series.length === 0) return null;
   const canvas = element('canvas', {
     role: 'img', 'aria-label': `${spec.title}: ${spec.y} against ${spec.x}`,

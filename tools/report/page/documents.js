@@ -108,8 +108,8 @@ export function truthNumbers(truth) {
 const shortName = (file) => String(file).split('/').pop();
 
 export function calibrationBadges(calibration) {
-  const list = [badge(calibration.converged ? 'good' : 'bad',
-                      calibration.converged ? 'converged' : 'not converged')];
+  const done = calibration.termination === 'converged';
+  const list = [badge(done ? 'good' : 'bad', words(calibration.termination))];
   for (const [name, p] of Object.entries(calibration.parameters ?? {})) {
     list.push(badge(p.identifiable ? 'good' : 'bad',
                     `${words(name)} ${p.value === null ? 'unknown' : number(p.value, 4)}`));
@@ -125,7 +125,7 @@ export function calibrationNumbers(calibration) {
     `${k + 1}: ${f.finger}`, f.reading, f.error, f.computed, f.computed - f.reading]));
   const scans = grasps.flatMap((g, k) => (g.scans ?? []).map((s) => [
     `${k + 1}: ${shortName(s.file)}`, s.points, percent(s.inliers), s.deviation,
-    ...['mean_absolute', 'rms', 'max'].map((n) => s.distances?.[n])]));
+    ...['mean_abs', 'rms', 'max'].map((n) => s.distances?.[n])]));
   const fields = grasps.flatMap((g, k) => (g.fields ?? []).map((f) => [
     `${k + 1}: ${shortName(f.file)}`, f.points, percent(f.inliers), f.rms, f.deviation, f.deformation,
     f.independent_points]));
@@ -194,7 +194,7 @@ export function calibrationPlots(calibration) {
   plots.push(plot({
     title: 'Distances of the scans', x: 'grasp: scan', y: 'distance, length',
     xTicks: scans.map((s) => s.label),
-    series: [['mean absolute', 'mean_absolute'], ['rms', 'rms'], ['given deviation', null]].map(([name, key]) => ({
+    series: [['mean absolute', 'mean_abs'], ['rms', 'rms'], ['given deviation', null]].map(([name, key]) => ({
       name, line: false, points: scans.map((s, k) => ({
         x: k, y: key ? s.distances?.[key] : s.deviation, title: `${s.label}, ${name}`}))})),
   }));

@@ -27,6 +27,8 @@ const DERIVED = {
   bending_strain: {before: [['larger principal', true, principal(1)],
                             ['smaller principal', true, principal(-1)]]},
   von_mises: {before: [['larger of both faces', false, combine(2, Math.max)]]},
+  // Where nothing touches there is no pressure to be coloured.
+  contact_pressure: {own: () => (v) => v.map((p) => (p > 0 ? p : NaN))},
   energy_density: {before: [['total', false, combine(2, (a, b) => a + b)]]},
 };
 
@@ -34,7 +36,7 @@ const DERIVED = {
 export function quantitiesOf(field) {
   const derived = DERIVED[field.name]?.before ?? [];
   const own = field.components.map((name, k) => [
-    name, field.signed, component(k, field.components.length),
+    name, field.signed, (DERIVED[field.name]?.own ?? component)(k, field.components.length),
   ]);
   return [...derived, ...own].map(([label, signed, compute]) => ({
     key: label.replaceAll(' ', '_'), label, signed, compute,

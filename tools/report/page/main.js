@@ -38,7 +38,7 @@ function section(id, title, className) {
 }
 
 const numbers = section('numbers', 'Numbers', 'cards');
-const plots = section('plots', 'Plots', 'cards');
+const plots = section('plots', 'Plots', 'plots');
 const physics = section('effects', 'Effects and decisions', 'cards');
 const perView = section('steps', 'Load steps', 'cards');
 const raw = section('all', 'All numbers', 'stack');

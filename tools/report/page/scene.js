@@ -204,21 +204,34 @@ export function scenePlots(view, summary) {
       }));
     }
   }
-  const iterations = view.iterations ?? [];
-  if (iterations.length > 0) {
-    const steps = [...new Set(iterations.map((i) => i.step))];
-    const numbered = iterations.map((it, k) => ({...it, count: k + 1}));
-    // A line for each load step, as long as they can be told apart.
-    const lines = steps.length <= 8 ?
-      steps.map((s) => ({name: `step ${s}`, of: numbered.filter((it) => it.step === s)})) :
-      [{name: 'all steps', of: numbered}];
+  const columns = view.iterations ?? {step: []};
+  if (columns.step.length > 1) {
+    const numbered = columns.step.map((step, k) => ({
+      step, count: k + 1, iteration: columns.iteration[k], factor: columns.factor[k],
+      method: columns.method[k], energy: columns.energy[k],
+      relative_gradient: columns.relative_gradient[k], seconds: columns.seconds[k],
+    }));
+    // A line for each way to a load factor, in the colours of the load steps as long as these can
+    // be told apart.
+    const steps = [...new Set(columns.step)];
+    const runs = [];
+    for (const it of numbered) {
+      const last = runs[runs.length - 1];
+      if (last && last[0].step === it.step && it.iteration > last[last.length - 1].iteration) last.push(it);
+      else runs.push([it]);
+    }
+    const gap = {x: NaN, y: NaN};
+    const lines = steps.length <= 8 ? steps.map((s) => ({
+      name: `step ${s}`, of: runs.filter((r) => r[0].step === s)})) : [{name: 'all steps', of: runs}];
     const series = (key) => lines.map(({name, of}) => ({
-      name, points: of.map((it) => ({
-        x: it.count, y: it[key], title: `step ${it.step}, iteration ${it.iteration}, load ${number(it.factor)}`})),
+      name, gaps: true, points: of.flatMap((run) => [...run.map((it) => ({
+        x: it.count, y: it[key], title: `step ${it.step}, to load ${number(it.factor)}, ${it.method} ` +
+          `iteration ${it.iteration}, ${seconds(it.seconds)}`})), gap]),
     }));
     plots.push(plot({
       title: 'Convergence', x: 'iteration', y: 'gradient over forces', logY: true,
       series: series('relative_gradient'),
+      note: 'A line begins where the solver sets out for the next load factor.',
     }));
     plots.push(plot({title: 'Energy by iteration', x: 'iteration', y: 'energy', series: series('energy')}));
   }

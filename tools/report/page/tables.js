@@ -6,7 +6,7 @@ import {number, words} from './format.js';
 // What is but rounding beside the largest component is written as zero; the title has it.
 export function vector(values, digits = 4) {
   const largest = Math.max(...values.map((x) => Math.abs(x ?? 0)));
-  const show = (x) => (typeof x === 'number' && x !== 0 && Math.abs(x) < 1e-9 * largest ? '~0' : number(x, digits));
+  const show = (x) => (typeof x === 'number' && x !== 0 && Math.abs(x) < 1e-9 * largest ? '≈ 0' : number(x, digits));
   return `(${values.map(show).join(', ')})`;
 }
 

@@ -562,6 +562,10 @@ export class Viewer {
       object.visible = options.cloud && Math.round(this.time) === this.lastStep;
     }
     const {clientWidth: width, clientHeight: height} = this.canvas.parentElement;
+    for (const {dot} of [...this.probes, ...this.readings]) {
+      // Of the same size on the screen wherever they are.
+      dot.scale.setScalar((this.camera.position.distanceTo(dot.position) * 540) / Math.max(300, height) / 1.5);
+    }
     renderer.setScissorTest(false);
     renderer.setViewport(0, 0, width, height);
     renderer.autoClear = true;
