@@ -146,50 +146,57 @@ Json CloudsToJson(const std::vector<ReportCloud>& clouds, ReportArrays* arrays) 
   return list;
 }
 
-// first touch and travels; the states' order is that of the steps drawn, the first one at rest.
+// A finger at first touch, and its travel in each of the steps drawn. Null where it has no shape.
+Json FingerToJson(const FingerSpec& spec, double shift, Json travel, ReportArrays* arrays) {
+  FingerPose pose;
+  std::string ignored;
+  if (MakeFinger(spec, &pose, &ignored) == nullptr) return nullptr;
+  const Eigen::Vector3d direction = Vector(spec.direction);
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = pose.rotation;
+  Json entry = {{"name", spec.name},
+                {"shape", NameOf(spec.shape)},
+                {"radius", spec.radius},
+                {"length", spec.length},
+                {"half_sizes", spec.half_sizes},
+                {"rounding", spec.rounding},
+                {"rotation", std::vector<double>(rotation.data(), rotation.data() + 9)},
+                {"position", Numbers(pose.position + shift * direction)},
+                {"direction", Numbers(direction)},
+                {"travel", std::move(travel)}};
+  if (spec.shape == FingerSpec::Shape::kMesh) {
+    Eigen::MatrixXd vertices(3, spec.mesh->vertices.size());
+    for (size_t i = 0; i < spec.mesh->vertices.size(); ++i) {
+      vertices.col(i) = spec.mesh->vertices[i];
+    }
+    entry["points"] = arrays->AddFloats(vertices);
+    entry["indices"] = arrays->AddIndices(spec.mesh->triangles);
+  }
+  return entry;
+}
+
+// Where a state says nothing of the fingers they stay where the one before has them; where none
+// says anything there are no fingers.
 Json FingersToJson(const Scene& scene,
                    const std::vector<const ReportState*>& states,
                    ReportArrays* arrays) {
   Json list = Json::array();
   for (size_t f = 0; f < scene.fingers.size(); ++f) {
-    const FingerSpec& spec = scene.fingers[f];
-    FingerPose pose;
-    std::string ignored;
-    if (MakeFinger(spec, &pose, &ignored) == nullptr) continue;
-    const Eigen::Vector3d direction = Vector(spec.direction);
     double shift = 0.0;
     Json travel = {0.0};
-    bool known = true;
+    bool known = false;
     for (const ReportState* state : states) {
-      if (state->fingers == nullptr || state->fingers->size() <= f) {
-        known = false;
-        break;
+      if (state->fingers != nullptr && f < state->fingers->size()) {
+        const FingerReport& finger = (*state->fingers)[f];
+        shift = finger.shift;
+        travel.push_back(Number(finger.travel));
+        known = true;
+      } else {
+        travel.push_back(travel.back());
       }
-      const FingerReport& finger = (*state->fingers)[f];
-      shift = finger.shift;
-      travel.push_back(Number(finger.travel));
     }
     if (!known) continue;
-    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> rotation = pose.rotation;
-    Json entry = {{"name", spec.name},
-                  {"shape", NameOf(spec.shape)},
-                  {"radius", spec.radius},
-                  {"length", spec.length},
-                  {"half_sizes", spec.half_sizes},
-                  {"rounding", spec.rounding},
-                  {"rotation", std::vector<double>(rotation.data(), rotation.data() + 9)},
-                  {"position", Numbers(pose.position + shift * direction)},
-                  {"direction", Numbers(direction)},
-                  {"travel", std::move(travel)}};
-    if (spec.shape == FingerSpec::Shape::kMesh) {
-      Eigen::MatrixXd vertices(3, spec.mesh->vertices.size());
-      for (size_t i = 0; i < spec.mesh->vertices.size(); ++i) {
-        vertices.col(i) = spec.mesh->vertices[i];
-      }
-      entry["points"] = arrays->AddFloats(vertices);
-      entry["indices"] = arrays->AddIndices(spec.mesh->triangles);
-    }
-    list.push_back(std::move(entry));
+    Json entry = FingerToJson(scene.fingers[f], shift, std::move(travel), arrays);
+    if (!entry.is_null()) list.push_back(std::move(entry));
   }
   return list;
 }
@@ -206,6 +213,32 @@ Report MakeReport(const std::string& tool, const std::string& name) {
   return report;
 }
 
+ReportCloud MakeCloud(const std::string& title,
+                      const std::string& label,
+                      const std::vector<Eigen::Vector3d>& points,
+                      const std::vector<double>& values) {
+  ReportCloud cloud;
+  cloud.label = label;
+  for (const size_t i : Spread(points.size(), kCloudPoints)) {
+    cloud.points.push_back(points[i]);
+    cloud.values.push_back(values[i]);
+  }
+  cloud.title = title;
+  if (cloud.points.size() < points.size()) {
+    cloud.title += ", " + std::to_string(cloud.points.size()) + " of " +
+                   std::to_string(points.size()) + " points";
+  }
+  return cloud;
+}
+
+ExtraField CoveredDistance(const std::vector<ExtraField>& scan_fields) {
+  ExtraField distance = scan_fields[0];
+  for (size_t i = 0; i < distance.values.size(); ++i) {
+    if (!(scan_fields[1].values[i] > 0.0)) distance.values[i] = kNaN;
+  }
+  return distance;
+}
+
 std::vector<ReportState> StatesOf(const SolverSummary& summary) {
   std::vector<ReportState> states;
   for (size_t i = 0; i < summary.steps.size(); ++i) {
@@ -219,7 +252,6 @@ std::vector<ReportState> StatesOf(const SolverSummary& summary) {
     state.displacements = &step.displacements;
     state.fingers = &step.fingers;
     state.contact = &step.contact_points;
-    state.probes = &step.probe_displacements;
     states.push_back(std::move(state));
   }
   return states;
@@ -227,7 +259,7 @@ std::vector<ReportState> StatesOf(const SolverSummary& summary) {
 
 void AddShellView(const ReportShape& shape, Report* report) {
   const ShellProblem& problem = *shape.problem;
-  const Scene& scene = problem.scene();
+  const Scene& scene = shape.scene != nullptr ? *shape.scene : problem.scene();
   const OutputMesh mesh = MakeOutputMesh(problem.surface());
   const bool has_contact =
       std::any_of(shape.states.begin(), shape.states.end(), [](const ReportState& state) {
@@ -285,10 +317,14 @@ void AddShellView(const ReportShape& shape, Report* report) {
   for (size_t p = 0; p < scene.probes.size(); ++p) {
     const ElementPoint at = Resolve(scene.probes[p].at, problem.surface());
     Json displacement = {Numbers(Eigen::Vector3d::Zero())};
+    const std::vector<int>& vertices = problem.surface().control_vertices(at.element);
+    const Eigen::VectorXd weights = problem.surface().ValueWeights(at);
     for (const ReportState* state : states) {
-      const bool known = state->probes != nullptr && p < state->probes->size();
-      displacement.push_back(
-          Numbers(known ? (*state->probes)[p] : Eigen::Vector3d::Constant(kNaN)));
+      Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+      for (size_t i = 0; i < vertices.size(); ++i) {
+        moved += weights[i] * state->displacements->col(vertices[i]);
+      }
+      displacement.push_back(Numbers(moved));
     }
     probes.push_back({{"name", scene.probes[p].name},
                       {"position", Numbers(problem.surface().Position(at))},
@@ -300,6 +336,7 @@ void AddShellView(const ReportShape& shape, Report* report) {
 
 void AddMeshView(const std::string& title,
                  const TriangleMesh& mesh,
+                 const std::vector<PlacedFinger>& fingers,
                  const std::vector<ReportCloud>& clouds,
                  Report* report) {
   ReportArrays* const arrays = &report->arrays;
@@ -312,6 +349,11 @@ void AddMeshView(const std::string& title,
       for (size_t i = 0; i < cloud.points.size(); ++i) points.col(i) = cloud.points[i];
       size = std::max(size, DiagonalOf(points));
     }
+  }
+  Json list = Json::array();
+  for (const PlacedFinger& finger : fingers) {
+    Json entry = FingerToJson(*finger.spec, finger.shift, {0.0}, arrays);
+    if (!entry.is_null()) list.push_back(std::move(entry));
   }
   report->header["views"].push_back(
       {{"title", title},
@@ -326,7 +368,7 @@ void AddMeshView(const std::string& title,
        {"states", 0},
        {"steps", {{{"number", 0}, {"label", "as given"}, {"factor", 0.0}}}},
        {"fields", Json::array()},
-       {"fingers", Json::array()},
+       {"fingers", std::move(list)},
        {"probes", Json::array()},
        {"clouds", CloudsToJson(clouds, arrays)}});
 }

@@ -37,6 +37,16 @@ struct ReportCloud {
   std::vector<double> values;  // one each; NaN: none
 };
 
+// Of at most kCloudPoints points, spread evenly over the list, where there are more; titled so.
+constexpr std::size_t kCloudPoints = 30000;
+ReportCloud MakeCloud(const std::string& title,
+                      const std::string& label,
+                      const std::vector<Eigen::Vector3d>& points,
+                      const std::vector<double>& values);
+
+// The error map of a scan (MakeScanFields) as one field: no value where the scan shows nothing.
+ExtraField CoveredDistance(const std::vector<ExtraField>& scan_fields);
+
 // One state of a shell. Pointers may be null, and outlive the call.
 struct ReportState {
   double factor = 1.0;
@@ -44,12 +54,12 @@ struct ReportState {
   const Eigen::Matrix3Xd* displacements = nullptr;  // control displacements
   const std::vector<FingerReport>* fingers = nullptr;
   const std::vector<ContactPointReport>* contact = nullptr;
-  const std::vector<Eigen::Vector3d>* probes = nullptr;
 };
 
 struct ReportShape {
   std::string title;
   const ShellProblem* problem = nullptr;
+  const Scene* scene = nullptr;     // whose fingers and probes are shown; null: the problem's
   std::vector<ReportState> states;  // the shell at rest is shown before the first one
   // Lengths at the points of the output mesh, of the last state; NaN: no value there.
   std::vector<ExtraField> distances;
@@ -80,9 +90,17 @@ constexpr std::size_t kViewBytes = 24u << 20;
 // dimension: "length", "1", "1/length", "force/length^2", "energy/length^2".
 void AddShellView(const ReportShape& shape, Report* report);
 
-// A surface that is no shell of ours, at rest, without fields.
+// A finger of a surface that is no shell of ours, `shift` along its direction from the scene's
+// place.
+struct PlacedFinger {
+  const FingerSpec* spec = nullptr;
+  double shift = 0.0;
+};
+// Such a surface, in one state, without fields. Without triangles the points of the clouds are all
+// there is to be seen.
 void AddMeshView(const std::string& title,
                  const TriangleMesh& mesh,
+                 const std::vector<PlacedFinger>& fingers,
                  const std::vector<ReportCloud>& clouds,
                  Report* report);
 

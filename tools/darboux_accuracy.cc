@@ -10,12 +10,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "solver/accuracy_results.h"
 #include "solver/accuracy_study.h"
 #include "solver/file_set.h"
+#include "solver/report_view.h"
+#include "solver/results.h"
+#include "solver/shell_solver.h"
+#include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/solver_flags.h"
 
@@ -58,7 +63,8 @@ constexpr HelpItem kFiles[] = {
     {"accuracy.csv",
      "a row for each run: settings, dof, errors, seconds, memory, whether cheapest"},
     {"accuracy.json", "the same, with the reference, its uncertainty, and the cheapest settings"},
-    {"accuracy.svg", "errors over degrees of freedom and over seconds"}};
+    {"accuracy.svg", "errors over degrees of freedom and over seconds"},
+    {"report.html", "with --report: plots, table and verdicts in one file, for any browser"}};
 
 constexpr HelpItem kExitStatuses[] = {
     {"0", "done"},
@@ -125,6 +131,41 @@ bool StudyOptionsFromFlags(StudyOptions* options, std::string* error) {
   return true;
 }
 
+// The study and, to be looked at, the shape: the runs were processes of their own, so that one is
+// solved again. That is the scene's own, or else the one with the least error.
+Report MakeStudyReport(const Scene& scene, const StudyOptions& options, const Study& study) {
+  Report report = MakeReport(kTool.name, scene.name);
+  report.header["documents"]["accuracy"] = MakeAccuracyJson(study);
+  const StudyRun* chosen = nullptr;
+  for (const StudyRun& run : study.runs) {
+    if (run.outcome.status != RunOutcome::Status::kConverged || run.other_model) continue;
+    const bool is_own = run.plan.family == 0 && run.plan.settings.refinement == 1.0;
+    const bool is_better = chosen == nullptr ||
+                           (run.error && chosen->error && run.error->error < chosen->error->error);
+    if (is_own || is_better) chosen = &run;
+    if (is_own) break;
+  }
+  Scene chosen_scene = scene;
+  std::string ignored;
+  if (chosen == nullptr || options.solver.stop->load() ||
+      !ApplySettings(chosen->plan.settings, &chosen_scene, &ignored)) {
+    return report;
+  }
+  SolverOptions solver = options.solver;
+  solver.backend = chosen->plan.settings.backend;
+  std::unique_ptr<ShellProblem> problem;
+  SolverSummary summary;
+  if (!Solve(chosen_scene, solver, &problem, &summary, &ignored)) return report;
+  ReportShape shape;
+  shape.title = chosen->label;
+  shape.problem = problem.get();
+  shape.states = StatesOf(summary);
+  AddShellView(shape, &report);
+  AddHistory(chosen_scene, summary, &report);
+  report.header["documents"]["summary"] = MakeSummaryJson(chosen_scene, summary, nullptr);
+  return report;
+}
+
 int Run(int argc, char** argv) {
   std::vector<std::string> arguments, overridden;
   int exit_status = kExitBadInput;
@@ -169,13 +210,18 @@ int Run(int argc, char** argv) {
     PrintError(error);
     return kExitBadInput;
   }
-  if (!WriteStudy(FLAGS_out, study, &error)) {
+  std::vector<NamedFile> more;
+  if (FLAGS_report)
+    more.push_back({kReportFile, MakeReportHtml(MakeStudyReport(scene, options, study))});
+  if (!WriteStudy(FLAGS_out, study, &error, more)) {
     PrintError(error);
     return kExitNotConverged;
   }
   if (!FLAGS_quiet) {
     std::printf("%s", StudyReport(study).c_str());
-    std::printf("results in %s: accuracy.csv, accuracy.json, accuracy.svg\n", FLAGS_out.c_str());
+    std::printf("results in %s: accuracy.csv, accuracy.json, accuracy.svg%s\n",
+                FLAGS_out.c_str(),
+                FLAGS_report ? ", report.html" : "");
     std::fflush(stdout);
   }
   if (study.stopped) {

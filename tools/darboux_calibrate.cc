@@ -12,8 +12,10 @@
 
 #include "solver/calibration.h"
 #include "solver/calibration_reader.h"
+#include "solver/calibration_report.h"
 #include "solver/calibration_results.h"
 #include "solver/file_set.h"
+#include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/solver_flags.h"
 
@@ -35,7 +37,8 @@ constexpr HelpItem kFiles[] = {
     {"calibration.json",
      "values, 95 % intervals, verdicts, correlations, sensitivities, distances of the scans"},
     {"grasp_K/", "scene K in the calibrated state, with the files that darboux_deform writes"},
-    {"grasp_K/scan_S.ply", "its scans, registered to the shell"}};
+    {"grasp_K/scan_S.ply", "its scans, registered to the shell"},
+    {"report.html", "with --report: shapes, numbers and plots in one file, for any browser"}};
 
 constexpr HelpItem kExitStatuses[] = {
     {"0", "converged, and every parameter that is asked for is identified"},
@@ -127,13 +130,23 @@ int Run(int argc, char** argv) {
   for (const std::unique_ptr<StateModel>& model : models) {
     if (!model->Settle(&error)) PrintError(error);
   }
-  if (!WriteCalibration(FLAGS_out, spec, summary, models, &error)) {
+  MoreFiles more;
+  if (FLAGS_report) {
+    more = [&](const nlohmann::ordered_json& json) {
+      return std::vector<NamedFile>{
+          {kReportFile,
+           MakeReportHtml(MakeCalibrationReport(kTool.name, spec, summary, models, json))}};
+    };
+  }
+  if (!WriteCalibration(FLAGS_out, spec, summary, models, &error, more)) {
     PrintError(error);
     return kExitNotConverged;
   }
   if (!FLAGS_quiet) {
     std::printf("%s: %s", spec.name.c_str(), summary.FullReport().c_str());
-    std::printf("results in %s: calibration.json\n", FLAGS_out.c_str());
+    std::printf("results in %s: calibration.json%s\n",
+                FLAGS_out.c_str(),
+                FLAGS_report ? ", report.html" : "");
     std::fflush(stdout);
   }
   exit_status = kExitDone;

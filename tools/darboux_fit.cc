@@ -17,10 +17,12 @@
 
 #include "geometry/point_cloud.h"
 #include "geometry/shell_face.h"
+#include "solver/report_view.h"
 #include "solver/results.h"
 #include "solver/scan_results.h"
 #include "solver/shape_fit.h"
 #include "solver/shell_solver.h"
+#include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/solver_flags.h"
 
@@ -79,7 +81,8 @@ constexpr HelpItem kFiles[] = {
     {"fit.json", "pose, verdict, weight, misfit and statistics of the distances"},
     {"shell.vtu", "the fitted shell with the error map scan_distance, and scan_coverage"},
     {"deformed.ply", "the fitted surface as a triangle mesh"},
-    {"scan_registered.ply", "the scan in the shell's frame, with a distance at each point"}};
+    {"scan_registered.ply", "the scan in the shell's frame, with a distance at each point"},
+    {"report.html", "with --report: shapes, numbers and plots in one file, for any browser"}};
 
 constexpr HelpItem kExitStatuses[] = {
     {"0", "done"},
@@ -342,14 +345,45 @@ int Run(int argc, char** argv) {
   if (!distances.empty()) {
     ShellFace face(shell->surface(), offset);
     face.SetDisplacements(displacements);
-    files.push_back(
-        {"shell.vtu",
-         MakeVtu(*shell, displacements, MakeScanFields(face, feet, distances, counts))});
+    const std::vector<ExtraField> scan_fields = MakeScanFields(face, feet, distances, counts);
+    files.push_back({"shell.vtu", MakeVtu(*shell, displacements, scan_fields)});
     files.push_back({"deformed.ply", MakeDeformedPly(*shell, displacements)});
     files.push_back(
         {"scan_registered.ply", MakeRegisteredPly(scan.points, pose, distances, counts)});
   }
   json["time_s"] = std::chrono::duration<double>(Clock::now() - start).count();
+  if (FLAGS_report) {
+    Report page = MakeReport(kTool.name, scene.name);
+    ReportShape shape;
+    shape.title = scene.name;
+    shape.problem = shell.get();
+    shape.scene = &scene;
+    if (solves) shape.states = StatesOf(solver_summary);
+    for (ReportState& state : shape.states) state.label = "computed, " + state.label;
+    if (!distances.empty()) {
+      // What is held against the scan; a shape that is not fitted is the last one there, or the
+      // shell at rest.
+      if (fits || shape.states.empty()) {
+        ReportState state;
+        state.label = fits ? "fitted to the scan" : "held against the scan";
+        state.displacements = &displacements;
+        shape.states.push_back(state);
+      }
+      ShellFace face(shell->surface(), offset);
+      face.SetDisplacements(displacements);
+      shape.distances = {CoveredDistance(MakeScanFields(face, feet, distances, counts))};
+      std::vector<Eigen::Vector3d> points;
+      for (const Eigen::Vector3d& x : scan.points) points.push_back(pose * x);
+      shape.clouds = {MakeCloud("scan, registered", "distance from the face", points, distances)};
+    }
+    AddShellView(shape, &page);
+    if (solves) {
+      AddHistory(scene, solver_summary, &page);
+      page.header["documents"]["summary"] = MakeSummaryJson(scene, solver_summary, nullptr);
+    }
+    page.header["documents"]["fit"] = json;
+    files.push_back({kReportFile, MakeReportHtml(page)});
+  }
   files.push_back({"fit.json", json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"});
   if (!WriteFiles(FLAGS_out, files, &error)) {
     PrintError(error);
@@ -357,7 +391,10 @@ int Run(int argc, char** argv) {
   }
   if (!FLAGS_quiet) {
     std::printf("%s: %s", scene.name.c_str(), report.c_str());
-    std::printf("results in %s: %zu files, fit.json\n", FLAGS_out.c_str(), files.size());
+    std::printf("results in %s: %zu files, fit.json%s\n",
+                FLAGS_out.c_str(),
+                files.size(),
+                FLAGS_report ? ", report.html" : "");
     std::fflush(stdout);
   }
   if (done) return kExitDone;

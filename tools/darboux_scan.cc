@@ -28,13 +28,17 @@
 #include "geometry/mesh_io.h"
 #include "geometry/point_cloud.h"
 #include "geometry/scan_simulator.h"
+#include "geometry/shell_face.h"
 #include "geometry/surface_of_revolution.h"
 #include "geometry/text_file.h"
 #include "solver/accuracy.h"
 #include "solver/fields.h"
 #include "solver/file_set.h"
+#include "solver/report_view.h"
 #include "solver/results.h"
+#include "solver/scan_results.h"
 #include "solver/shell_solver.h"
+#include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/solver_flags.h"
 
@@ -156,7 +160,9 @@ constexpr HelpItem kFiles[] = {
     {"truth.json", "what a user of the scan must not know: pose, options, fingers' forces"},
     {"truth.csv",
      "for each point, in the model's frame: the point of the face, its outlier flag (1 spike, 2 "
-     "stray), view (from 0; -1 none), noise and bias"}};
+     "stray), view (from 0; -1 none), noise and bias"},
+    {"report.html",
+     "with --report: the surface, the scan on it and its errors; it knows the truth as well"}};
 
 constexpr HelpItem kExitStatuses[] = {
     {"0", "written"},
@@ -299,6 +305,9 @@ struct Target {
   double thickness = 0.0;                 // 0: the file is the face
   Json solution = nullptr;                // of a scene: what was solved
   std::unique_ptr<ShellProblem> problem;  // whose surface is scanned
+  SolverSummary summary;                  // up to the state that is scanned
+  Scene scene;                            // of a file: that of --scene
+  std::vector<PlacedFinger> fingers;      // of it
 };
 
 // The exit status.
@@ -375,6 +384,7 @@ int SolveScene(const std::string& file, Target* target, std::string* error) {
     body.pose.position += (step.fingers[f].shift + step.fingers[f].travel) * direction;
     target->occluders.push_back(std::move(body));
   }
+  target->summary = summary;
   const Json all = MakeSummaryJson(scene, summary, nullptr);
   Json& solution = target->solution = Json::object();
   solution["name"] = scene.name;
@@ -419,7 +429,7 @@ bool ReadSurface(const std::string& file, Target* target, std::string* error) {
     *error = file + ":0: found " + what;
     return false;
   };
-  Scene scene;
+  Scene& scene = target->scene;
   if (!FLAGS_scene.empty()) {
     if (!ReadSceneWithFlags(FLAGS_scene, &scene, error)) return false;
     target->thickness = scene.shell.thickness;
@@ -530,13 +540,14 @@ bool ReadSurface(const std::string& file, Target* target, std::string* error) {
     }
     body.pose.position += touch.shift * direction;
     target->occluders.push_back(std::move(body));
+    target->fingers.push_back({&spec, touch.shift});
   }
   return true;
 }
 
 Json ToJson(const Eigen::Vector3d& x) { return {x.x(), x.y(), x.z()}; }
 
-Json ToJson(const RigidPose& pose) {
+Json PoseToJson(const RigidPose& pose) {
   Json matrix = Json::array();
   const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
   for (int i = 0; i < 3; ++i) matrix.push_back(ToJson(Eigen::Vector3d(rotation.row(i))));
@@ -615,6 +626,48 @@ std::vector<std::array<int, 3>> FacesOf(const ScanSurface& surface, const Scan& 
   return faces;
 }
 
+// The surface with the scan beside it, in the frame of the surface, and what is wrong about each
+// point: its distance from where it should be, along the normal where there is one.
+Report MakeScanReport(const std::string& name,
+                      const Target& target,
+                      const Scan& scan,
+                      const Json& truth) {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<double> errors;
+  std::vector<ShellFace::Foot> feet(scan.truth.size());
+  std::vector<char> counts;
+  for (std::size_t i = 0; i < scan.truth.size(); ++i) {
+    const ScanTruth& at = scan.truth[i];
+    points.push_back(scan.model_from_scan * scan.cloud.points[i]);
+    const Eigen::Vector3d way = points.back() - at.face.position;
+    const bool has_normal = at.face.normal.squaredNorm() > 0.0;
+    errors.push_back(has_normal ? way.dot(at.face.normal) : way.norm());
+    if (at.outlier == OutlierKind::kStray) errors.back() = std::nan("");
+    feet[i].position = at.face.position;
+    counts.push_back(at.outlier == OutlierKind::kNone ? 1 : 0);
+  }
+  const ReportCloud cloud = MakeCloud("scan", "error of the scan", points, errors);
+  Report report = MakeReport(kTool.name, name);
+  report.header["documents"]["truth"] = truth;
+  if (target.problem == nullptr) {
+    AddMeshView(name, target.surface.mesh, target.fingers, {cloud}, &report);
+    return report;
+  }
+  const Scene& scene = target.problem->scene();
+  ReportShape shape;
+  shape.title = scene.name;
+  shape.problem = target.problem.get();
+  shape.states = StatesOf(target.summary);
+  shape.clouds = {cloud};
+  ShellFace face(target.problem->surface(), 0.5 * target.thickness);
+  face.SetDisplacements(target.summary.steps.back().displacements);
+  shape.distances = {CoveredDistance(MakeScanFields(face, feet, errors, counts))};
+  AddShellView(shape, &report);
+  AddHistory(scene, target.summary, &report);
+  report.header["documents"]["summary"] = MakeSummaryJson(scene, target.summary, nullptr);
+  return report;
+}
+
 int Run(int argc, char** argv) {
   std::vector<std::string> arguments;
   int exit_status = kExitBadInput;
@@ -669,8 +722,8 @@ int Run(int argc, char** argv) {
   for (const auto& [key, value] : settings.items()) comment.push_back(key + ": " + value.dump());
   Json truth = {{"surface", name},
                 {"thickness", target.thickness},
-                {"model_from_scan", ToJson(scan.model_from_scan)},
-                {"scan_from_model", ToJson(scan.model_from_scan.Inverse())},
+                {"model_from_scan", PoseToJson(scan.model_from_scan)},
+                {"scan_from_model", PoseToJson(scan.model_from_scan.Inverse())},
                 {"points", scan.cloud.points.size()},
                 {"spikes", scan.num_spikes},
                 {"strays", scan.num_strays},
@@ -691,9 +744,13 @@ int Run(int argc, char** argv) {
     return kExitNotConverged;
   }
   FileSet files(FLAGS_out);
+  files.Outdate(kReportFile);
   if (!files.Add(scan_name, text, &error) || !files.Add("truth.csv", TruthCsv(scan), &error) ||
       !files.Add(
           "truth.json", truth.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", &error) ||
+      (FLAGS_report &&
+       !files.Add(
+           kReportFile, MakeReportHtml(MakeScanReport(name, target, scan, truth)), &error)) ||
       !files.Commit(&error)) {
     PrintError(error);
     return kExitNotConverged;
@@ -710,7 +767,10 @@ int Run(int argc, char** argv) {
         options.viewpoints.size(),
         scan.num_spikes,
         scan.num_strays);
-    std::printf("scan in %s: %s, truth.csv, truth.json\n", FLAGS_out.c_str(), scan_name.c_str());
+    std::printf("scan in %s: %s, truth.csv, truth.json%s\n",
+                FLAGS_out.c_str(),
+                scan_name.c_str(),
+                FLAGS_report ? ", report.html" : "");
   }
   return kExitDone;
 }

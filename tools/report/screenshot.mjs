@@ -11,7 +11,7 @@
 //   --view=K                  of the shapes in the report, from 0
 //   --from=X,Y,Z              direction to look from; default: as the page
 //   --zoom=F                  closer by this factor
-//   --ghost --elements        show the undeformed shape, the elements
+//   --ghost --elements --scan show the undeformed shape, the elements, the points of a scan
 //   --no-fingers --no-probes --no-scan
 //   --only=shape|viewer|page|plots|numbers
 //                             viewer (default): the shape with its colour bar; shape: with its
@@ -29,7 +29,7 @@ import {withChromium} from './browser.mjs';
 
 const FLAGS = {
   field: 'text', step: 'number', magnification: 'number', range: ['all', 'step', 'inner'], view: 'number',
-  from: 'vector', zoom: 'number', ghost: 'bool', elements: 'bool', 'no-fingers': 'bool', 'no-probes': 'bool',
+  from: 'vector', zoom: 'number', ghost: 'bool', elements: 'bool', scan: 'bool', 'no-fingers': 'bool', 'no-probes': 'bool',
   'no-scan': 'bool', only: ['viewer', 'shape', 'page', 'plots', 'numbers'], size: 'size', scale: 'number',
   dark: 'bool', chromium: 'text',
 };
@@ -115,13 +115,14 @@ function prepare(flags) {
     shape.setStep(flags.step);
   }
   if (flags.magnification !== undefined) shape.setMagnification(flags.magnification);
-  const options = {
-    ghost: flags.ghost, mesh: flags.elements, fingers: !flags['no-fingers'], probes: !flags['no-probes'],
-    cloud: !flags['no-scan'],
+  const switches = {
+    ghost: ['ghost', true], elements: ['mesh', true], scan: ['cloud', true], 'no-scan': ['cloud', false],
+    'no-fingers': ['fingers', false], 'no-probes': ['probes', false],
   };
-  for (const [name, on] of Object.entries(options)) {
-    viewer.setOption(name, Boolean(on));
-    shape.toggles[name].box.checked = Boolean(on);
+  for (const [flag, [name, on]] of Object.entries(switches)) {
+    if (!flags[flag]) continue;
+    viewer.setOption(name, on);
+    shape.toggles[name].box.checked = on;
   }
   if (flags.from) {
     const along = flags.from[0] === 0 && flags.from[1] === 0;

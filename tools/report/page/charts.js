@@ -24,7 +24,7 @@ function scale(label, isLog) {
     grid: {color: colorOf('--line')},
     border: {color: colorOf('--line')},
     ticks: {
-      color: colorOf('--muted'), maxTicksLimit: isLog ? undefined : 7,
+      color: colorOf('--muted'), maxTicksLimit: isLog ? undefined : 7, maxRotation: 0,
       callback(value) {
         if (!isLog) return number(value, 4);
         const exponent = Math.log10(value);
@@ -140,7 +140,7 @@ export function plot(spec) {
   const canvas = element('canvas', {
     role: 'img', 'aria-label': `${spec.title}: ${spec.y} against ${spec.x}`,
   });
-  const node = element('article', {class: 'card plot'}, element('h3', {}, spec.title),
+  const node = element('article', {class: spec.tall ? 'card plot tall' : 'card plot'}, element('h3', {}, spec.title),
     element('div', {class: 'canvas'}, canvas),
     spec.note ? element('p', {class: 'hint'}, spec.note) : null);
   all.push({canvas, spec: {...spec, series}, chart: null});

@@ -190,13 +190,14 @@ export function calibrationPlots(calibration) {
     ],
   }));
   const scans = (calibration.grasps ?? []).flatMap((g, k) =>
-    (g.scans ?? []).map((s) => ({...s, label: `${k + 1}: ${shortName(s.file)}`})));
+    (g.scans ?? []).map((s, i) => ({
+      ...s, label: g.scans.length > 1 ? `${k + 1}.${i + 1}` : `${k + 1}`, file: shortName(s.file)})));
   plots.push(plot({
-    title: 'Distances of the scans', x: 'grasp: scan', y: 'distance, length',
+    title: 'Distances of the scans', x: 'grasp', y: 'distance, length',
     xTicks: scans.map((s) => s.label),
     series: [['mean absolute', 'mean_abs'], ['rms', 'rms'], ['given deviation', null]].map(([name, key]) => ({
       name, line: false, points: scans.map((s, k) => ({
-        x: k, y: key ? s.distances?.[key] : s.deviation, title: `${s.label}, ${name}`}))})),
+        x: k, y: key ? s.distances?.[key] : s.deviation, title: `${s.file}, ${name}`}))})),
   }));
   return plots;
 }
@@ -223,7 +224,9 @@ export function accuracyNumbers(study) {
       'Reference')),
     study.notes.length > 0 ? card('Notes', element('ul', {},
       ...study.notes.map((text) => element('li', {}, text)))) : null,
-    card('Runs', element('div', {class: 'tall'}, table(
+    card('Runs', element('p', {class: 'hint'}, clock === 'cpu' ?
+      'Seconds of all processors count.' : 'Seconds of the clock count, set-up and solution.'),
+      element('div', {class: 'tall'}, table(
       ['settings', 'dof', 'elements', 'points', 'iterations', 'error', 'set-up, s', 'solution, s',
        'all, s', 'cpu, s', 'MB', 'note'],
       study.runs.map((r, i) => [r.label, r.dof, r.elements, r.quadrature_points, r.iterations,
@@ -232,8 +235,6 @@ export function accuracyNumbers(study) {
         r.time_s.setup, r.time_s.solve, r.time_s.total, r.time_s.cpu, r.memory_mb,
         [front.has(i) ? 'Pareto front' : '', r.other_model ? 'other model' : '', r.reason].filter(Boolean)
           .join(', ')]), 'Runs'))),
-    card('What counts as time', element('p', {}, clock === 'cpu' ?
-      'Seconds of all processors.' : 'Seconds of the clock, set-up and solution.')),
   ];
 }
 
@@ -241,13 +242,13 @@ export function accuracyPlots(study) {
   const clock = clockOf(study);
   const secondsOf = (r) => r.time_s?.[clock];
   const families = study.families.map((name, family) => ({
-    name: name === '' || family === 0 ? `${name || 'own settings'}` : name,
-    runs: study.runs.filter((r) => r.family === family && r.error !== null),
+    name: name || 'own settings',
+    runs: study.runs.filter((r) => r.family === family && r.error !== null)
+      .sort((a, b) => a.refinement - b.refinement),
   })).filter((f) => f.runs.length > 0);
   const error = (r) => 100 * Math.max(r.error, r.below_uncertainty ? study.reference.uncertainty : 0);
   const series = (x) => families.map(({name, runs}) => ({
-    name, points: runs.map((r) => ({x: x(r), y: error(r), title: r.label}))
-      .sort((a, b) => a.x - b.x),
+    name, points: runs.map((r) => ({x: x(r), y: error(r), title: r.label})),
   }));
   const frontOf = (indices, x) => ({
     name: 'Pareto front', dash: true, mark: false, color: '--muted',
@@ -257,17 +258,15 @@ export function accuracyPlots(study) {
   const dof = (r) => r.dof;
   return [
     plot({title: 'Error against unknowns', x: 'degrees of freedom', y: 'relative error, %', logX: true,
-          logY: true, series: [...series(dof), frontOf(study.pareto_front?.dof, dof)]}),
+          logY: true, tall: true, series: [...series(dof), frontOf(study.pareto_front?.dof, dof)]}),
     plot({title: 'Error against time', x: clock === 'cpu' ? 'seconds of all processors' : 'seconds',
           y: 'relative error, %', logX: true, logY: true,
-          series: [...series(secondsOf), frontOf(study.pareto_front?.seconds, secondsOf)]}),
-    plot({title: 'Time against unknowns', x: 'degrees of freedom', y: 'seconds', logX: true, logY: true,
+          tall: true, series: [...series(secondsOf), frontOf(study.pareto_front?.seconds, secondsOf)]}),
+    plot({title: 'Time against unknowns', x: 'degrees of freedom', y: 'seconds', logX: true, logY: true, tall: true,
           series: families.map(({name, runs}) => ({
-            name, points: runs.map((r) => ({x: r.dof, y: secondsOf(r), title: r.label}))
-              .sort((a, b) => a.x - b.x)}))}),
-    plot({title: 'Memory', x: 'degrees of freedom', y: 'megabytes', logX: true, logY: false,
+            name, points: runs.map((r) => ({x: r.dof, y: secondsOf(r), title: r.label}))}))}),
+    plot({title: 'Memory', x: 'degrees of freedom', y: 'megabytes', logX: true, tall: true,
           series: families.map(({name, runs}) => ({
-            name, points: runs.map((r) => ({x: r.dof, y: r.memory_mb ?? NaN, title: r.label}))
-              .sort((a, b) => a.x - b.x)}))}),
+            name, points: runs.map((r) => ({x: r.dof, y: r.memory_mb ?? NaN, title: r.label}))}))}),
   ];
 }

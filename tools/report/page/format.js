@@ -83,4 +83,5 @@ const isRound = (step) => {
 };
 
 // "largest_pressure" -> "largest pressure"
-export const words = (name) => String(name).replaceAll('_', ' ');
+const NAMES = {young_modulus: 'Young’s modulus', poisson_ratio: 'Poisson’s ratio'};
+export const words = (name) => NAMES[name] ?? String(name).replaceAll('_', ' ');

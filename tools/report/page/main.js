@@ -17,7 +17,8 @@ const main = document.getElementById('main');
 document.getElementById('name').textContent = header.name;
 document.getElementById('tool').textContent = header.tool;
 document.getElementById('made').textContent =
-  `Made by ${header.tool} ${header.version}. This page is one file; it loads nothing from anywhere.`;
+  `Made by ${header.tool} ${header.version}. Numbers are in the scene’s own ` +
+  'units. This page is one file; it loads nothing from anywhere.';
 document.title = header.name ? `${header.name} – ${header.tool}` : header.tool;
 
 function badges() {
@@ -38,6 +39,7 @@ function section(id, title, className) {
 }
 
 const numbers = section('numbers', 'Numbers', 'cards');
+const state = section('state', 'Equilibrium', 'cards');
 const plots = section('plots', 'Plots', 'plots');
 const physics = section('effects', 'Effects and decisions', 'cards');
 const perView = section('steps', 'Load steps', 'cards');
@@ -53,14 +55,18 @@ function showView(index) {
   const view = views[index];
   const summary = view?.summary ?? documents.summary;
   const which = views.length > 1 ? ` of ${view.title}` : '';
-  numbers.body.previousSibling.textContent = `Numbers${summary && !documents.summary ? which : ''}`;
-  fill(numbers.body, [
+  const own = [
     ...(documents.calibration ? calibrationNumbers(documents.calibration) : []),
     ...(documents.accuracy ? accuracyNumbers(documents.accuracy) : []),
     ...(documents.fit ? fitNumbers(documents.fit) : []),
     ...(documents.truth ? truthNumbers(documents.truth) : []),
-    ...(summary ? sceneNumbers(summary) : []),
-  ]);
+  ];
+  const solved = summary ? sceneNumbers(summary) : [];
+  fill(numbers.body, own.length > 0 ? own : solved);
+  // Beside what a tool is about, the equilibrium that it was about.
+  fill(state.body, own.length > 0 ? solved : []);
+  state.node.firstChild.textContent = documents.accuracy ? `The run that is shown: ${view?.title}` :
+    documents.calibration ? `Equilibrium${which}` : 'Computed equilibrium';
   fill(plots.body, [
     ...(documents.calibration ? calibrationPlots(documents.calibration) : []),
     ...(documents.accuracy ? accuracyPlots(documents.accuracy) : []),
@@ -72,7 +78,7 @@ function showView(index) {
   const contents = [...Object.entries(documents)];
   if (view?.summary) contents.push([`summary${which}`, view.summary]);
   fill(raw.body, contents.map(([name, content]) => document_(`${name}.json`, content)));
-  for (const {node, body} of [numbers, plots, physics, perView, raw]) {
+  for (const {node, body} of [numbers, state, plots, physics, perView, raw]) {
     node.hidden = body.childElementCount === 0;
   }
   refreshNav();
@@ -81,7 +87,7 @@ function showView(index) {
 
 function refreshNav() {
   const list = [['shape', 'Shape', views.length > 0],
-                ...[['plots', 'Plots', plots], ['numbers', 'Numbers', numbers],
+                ...[['plots', 'Plots', plots], ['numbers', 'Numbers', numbers], ['state', 'Equilibrium', state],
                     ['effects', 'Effects', physics], ['steps', 'Load steps', perView],
                     ['all', 'All numbers', raw]].map(([id, name, s]) => [id, name, !s.node.hidden])];
   document.getElementById('nav').replaceChildren(...list.filter(([, , on]) => on).map(
@@ -93,7 +99,7 @@ if (views.length > 0) {
   shape = new ShapeSection(views, showView);
   main.append(shape.node);
 }
-main.append(plots.node, numbers.node, physics.node, perView.node, raw.node);
+main.append(plots.node, numbers.node, state.node, physics.node, perView.node, raw.node);
 if (shape?.viewer) shape.show(0);
 else showView(0);
 

@@ -3,7 +3,7 @@
 import {element} from './dom.js';
 import {number, percent, seconds, words} from './format.js';
 import {plot} from './charts.js';
-import {badge, card, pairs, table, xyz} from './tables.js';
+import {badge, card, pairs, table, wideCard, xyz} from './tables.js';
 
 export function sceneBadges(summary) {
   const list = [badge(summary.converged ? 'good' : 'bad',
@@ -40,15 +40,14 @@ export function sceneNumbers(summary) {
   const gas = summary.gas ?? {};
   const gasIsOn = summary.effects?.gas?.on;
   const grasp = summary.grasp ?? {};
-  const closure = (c) => {
-    if (!c || typeof c !== 'object') return c;
-    return c.margin !== undefined ? c.margin : JSON.stringify(c);
-  };
-  const graspRows = Object.entries(grasp).filter(([, v]) => v !== null).map(([k, v]) => [
-    words(k), k.startsWith('force_closure') ? closure(v) :
-      v && typeof v === 'object' && !Array.isArray(v) && 'x' in v ? xyz(v) :
-      Array.isArray(v) && Array.isArray(v[0]) ? v.map((r) => r.map((x) => number(x)).join(', ')).join(' | ') :
-      typeof v === 'object' && !Array.isArray(v) ? JSON.stringify(v) : v]);
+  const graspRows = Object.entries(grasp)
+    .filter(([k, v]) => v !== null && !k.startsWith('force_closure')).map(([k, v]) => [
+      words(k), v && typeof v === 'object' && !Array.isArray(v) && 'x' in v ? xyz(v) :
+        Array.isArray(v) && Array.isArray(v[0]) ? v.map((r) => r.map((x) => number(x)).join(', ')).join(' | ') :
+        v !== null && typeof v === 'object' && !Array.isArray(v) ? JSON.stringify(v) : v]);
+  const closures = Object.entries(grasp).filter(([k, v]) => k.startsWith('force_closure') && v)
+    .map(([k, c]) => [words(k).replace('force closure ', ''), badge(c.closed ? 'good' : '', c.closed ? 'yes' : 'no'),
+      c.margin, c.least_friction, c.lacks ?? '']);
   const accuracy = summary.accuracy;
   const levels = accuracy?.levels ?? [];
   return [
@@ -93,6 +92,8 @@ export function sceneNumbers(summary) {
         f.contact_area, f.largest_pressure, f.penetration, f.stiffness, f.contact_points,
         `${f.sticking} / ${f.slipping}`, f.driven_by]), 'Fingers')) : null,
     graspRows.length > 0 ? card('Grasp', pairs(graspRows, 'Grasp')) : null,
+    closures.length > 0 ? card('Force closure', table(
+      ['grasp', 'closed', 'margin', 'least friction', 'lacks'], closures, 'Force closure')) : null,
     expectations(summary),
     accuracy ? card('Accuracy', element('p', {},
       badge(accuracy.reached ? 'good' : 'bad', accuracy.reached ? 'reached' : 'not reached'), ' ',
@@ -118,7 +119,7 @@ export function effects(summary) {
 export function decisions(summary) {
   const list = summary.decisions ?? [];
   if (list.length === 0) return null;
-  return card('What the solver decided, and why',
+  return wideCard('What the solver decided, and why',
               element('ul', {}, ...list.map((text) => element('li', {}, text))));
 }
 
@@ -205,7 +206,7 @@ export function scenePlots(view, summary) {
     }
   }
   const columns = view.iterations ?? {step: []};
-  if (columns.step.length > 1) {
+  if (columns.step.length > 2) {
     const numbered = columns.step.map((step, k) => ({
       step, count: k + 1, iteration: columns.iteration[k], factor: columns.factor[k],
       method: columns.method[k], energy: columns.energy[k],

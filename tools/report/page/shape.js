@@ -1,6 +1,7 @@
 // The section with the deformed shape: viewer, colour bar, controls, readings.
 
 import {gradient} from './colormaps.js';
+import {header} from './data.js';
 import {element, newId} from './dom.js';
 import {quantitiesOf} from './fields.js';
 import {number, tickTexts, ticks, unit, power} from './format.js';
@@ -151,6 +152,14 @@ export class ShapeSection {
     const first = this.viewer.naturalMagnification();
     this.factorUnit = first;
     this.setMagnification(first);
+    // What a fit is about is its error; the points would hide it.
+    const showsScan = header.tool === 'darboux_scan' || view.fields.length === 0;
+    this.toggles.cloud.box.checked = showsScan;
+    this.viewer.setOption('cloud', showsScan);
+    if (header.tool === 'darboux_fit' && view.fields.some((f) => f.name === 'scan_distance')) {
+      this.viewer.setField('scan_distance');
+      this.fillQuantities();
+    }
     this.toggles.fingers.row.hidden = view.fingers.length === 0;
     this.toggles.probes.row.hidden = view.probes.length === 0;
     this.toggles.cloud.row.hidden = view.clouds.length === 0;

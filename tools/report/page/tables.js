@@ -21,7 +21,7 @@ export function cell(value) {
   if (Array.isArray(value)) {
     return element('td', {class: 'number', title: value.join(', ')}, vector(value));
   }
-  return element('td', {}, String(value));
+  return element('td', {class: String(value).length > 30 ? 'text' : null}, String(value));
 }
 
 // rows: arrays of values, the first of which names the row.
@@ -44,10 +44,17 @@ export function pairs(rows, caption) {
       'tr', {}, element('th', {scope: 'row'}, name), cell(value))))));
 }
 
+// `wide`: over all columns, as tables of many columns are by themselves.
 export function card(title, ...content) {
+  return makeCard('card', title, content);
+}
+export function wideCard(title, ...content) {
+  return makeCard('card wide', title, content);
+}
+function makeCard(className, title, content) {
   const parts = content.filter((part) => part !== null && part !== undefined);
   if (parts.length === 0) return null;
-  return element('article', {class: 'card'}, element('h3', {}, title), ...parts);
+  return element('article', {class: className}, element('h3', {}, title), ...parts);
 }
 
 export function badge(kind, text) {

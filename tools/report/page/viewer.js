@@ -69,6 +69,10 @@ export class Viewer {
   constructor(canvas, overlay) {
     this.canvas = canvas;
     this.overlay = overlay;
+    // Asked first, on a canvas of its own: the renderer would complain in the console.
+    const probe = document.createElement('canvas').getContext('webgl2');
+    if (!probe) throw new Error('no WebGL');
+    probe.getExtension('WEBGL_lose_context')?.loseContext();
     this.renderer = new WebGLRenderer({
       canvas, antialias: true, alpha: true, preserveDrawingBuffer: true,
     });
