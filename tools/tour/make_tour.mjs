@@ -1,11 +1,12 @@
 // The pictures of README.md's tour: runs the tools with --report, and takes a picture of each report.
 //
 //   node tools/tour/make_tour.mjs --tools=build/tools --work=build/tour [--out=data/tour]
-//                                 [--only=NAME,NAME]
+//                                 [--only=NAME,NAME] [--reuse]
 //
 // Pictures are listed in pictures.json: `run` is the command as README.md has it, without --report
 // and --out; `shot` the flags of tools/report/screenshot.mjs. Runs that several pictures share are
-// made once. PNGs get a palette where pngquant is installed, and stay as they are where it is not.
+// made once; with --reuse those whose report is in --work already are not made again. PNGs get a
+// palette where pngquant is installed, and stay as they are, three times as large, where it is not.
 // `cmake --build build --target tour` runs it. Needs Node and Chromium (Debian: nodejs chromium
 // pngquant) and tools that are built with the page of the reports.
 //
@@ -28,9 +29,14 @@ function fail(message, status = 1) {
 
 const flags = {tools: join(root, 'build/tools'), work: join(root, 'build/tour'), out: join(root, 'data/tour'),
                only: ''};
+let reuse = false;
 for (const word of process.argv.slice(2)) {
+  if (word === '--reuse') {
+    reuse = true;
+    continue;
+  }
   const [, name, value] = /^--([a-z]+)=(.+)$/.exec(word) ?? [];
-  if (!(name in flags)) fail(`found '${word}'; allowed --${Object.keys(flags).join('=..., --')}=...`, 2);
+  if (!(name in flags)) fail(`found '${word}'; allowed --${Object.keys(flags).join('=..., --')}=..., --reuse`, 2);
   flags[name] = name === 'only' ? value : resolve(value);
 }
 const pictures = JSON.parse(readFileSync(join(here, 'pictures.json'), 'utf8'));
@@ -48,12 +54,13 @@ function run(picture) {
   if (folders.has(picture.run)) return folders.get(picture.run);
   const [tool, ...words] = picture.run.split(' ');
   const folder = join(flags.work, picture.name);
+  folders.set(picture.run, folder);
+  if (reuse && existsSync(join(folder, 'report.html'))) return folder;
   const begin = Date.now();
   const result = spawnSync(join(flags.tools, tool), [...words, '--report', '--quiet', `--out=${folder}`],
                            {cwd: root, stdio: ['ignore', 'inherit', 'inherit']});
   if (result.status !== 0) fail(`${picture.run}: ends with ${result.status ?? result.error}`);
   console.log(`${picture.run}: ${((Date.now() - begin) / 1000).toFixed(1)} s`);
-  folders.set(picture.run, folder);
   return folder;
 }
 
