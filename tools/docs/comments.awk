@@ -58,7 +58,7 @@ function InScope(    k) {
 # "namespace darboux {", or below the remarks on the file that follow it, for the module.
 function FindModule(    n, k) {
   if (layer == "") return
-  for (n = 1; n <= NR && line[n] !~ /^namespace darboux \{$/; ++n) {
+  for (n = 1; n <= NR && line[n] !~ /^namespace darboux [{]$/; ++n) {
     if (line[n] ~ /^#ifndef [A-Z0-9_]+_H_$/) {
       line[n] = "/** @file"
       line[n + 1] = "*/"
@@ -235,7 +235,7 @@ function Code(number,    text, c, k, quote, column, was_scope, before) {
   if (column == 0 || !InScope() || !was_scope) return
   before = substr(text, 1, column - 1)
   # Behind an opening or a closing brace alone it is about what is inside.
-  if (before ~ /^[ \t]*};?[ \t]*$/ || before ~ /{[ \t]*$/ || text ~ /NOLINT/) return
+  if (before ~ /^[ \t]*};?[ \t]*$/ || before ~ /[{][ \t]*$/ || text ~ /NOLINT/) return
   line[number] = before "///<" Escaped(substr(text, column + 2))
   trailing = column
 }
