@@ -97,4 +97,4 @@ for (const picture of pictures) {
   if (bytes > MOST_BYTES) console.log(`  that is much: install pngquant`);
   total += bytes;
 }
-console.log(`${wanted.length} pictures, ${(total / 1000).toFixed(0)} kB`);
+console.log(`${wanted.length} picture${wanted.length === 1 ? '' : 's'}, ${(total / 1000).toFixed(0)} kB`);
