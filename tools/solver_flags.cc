@@ -59,9 +59,11 @@ DEFINE_string(divisions,
               "model | M,N | two integers > 0; default: the scene's surface.divisions | Cells of a "
               "parametric surface in u and in v.");
 
-DEFINE_int32(threads,
-             0,
-             "solver | N | 0 to 1024; default: 0, as many as the machine runs at once | Threads.");
+DEFINE_int32(
+    threads,
+    0,
+    "solver | N | 0 to 1024; default: 0, as many as the machine runs at once | Threads of the "
+    "solver.");
 DEFINE_double(time_limit,
               0.0,
               "solver | SECONDS | >= 0 s; default: 0, none | Stops the solver after this time; "
