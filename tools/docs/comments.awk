@@ -183,6 +183,8 @@ function Verbatim(first, last, indent, block,    k, text, base) {
     line[k] = text
   }
   if (first > block) {
+    # Doxygen would put a full stop behind the comma of a summary that ends here.
+    if (first - 2 >= block && IsEmpty(line[first - 1])) sub(/,$/, "", line[first - 2])
     line[first - 1] = line[first - 1] " @verbatim"
   } else {
     line[first] = "@verbatim " line[first]
@@ -278,6 +280,10 @@ function Escaped(text,    out, c, k, is_code, pairs, quotes, is_quoted) {
   }
   # An abbreviation does not end the first sentence, which Doxygen takes for a summary.
   gsub(/(eqs?|Eqs?|[Ss]ec|[Ff]ig|pp?|e\.g|i\.e|cf|vs|St|al|approx|resp)\. /, "&\\ ", out)
+  # Nor does an initial.
+  while (match(out, /(^|[ (])[A-Z]\. /)) {
+    out = substr(out, 1, RSTART + RLENGTH - 2) "\\ " substr(out, RSTART + RLENGTH)
+  }
   gsub(/\. \\ /, ".\\ ", out)
   return out
 }
