@@ -17,50 +17,104 @@
 
 #include "geometry/point_cloud.h"
 #include "geometry/shell_face.h"
+#include "solver/report_view.h"
 #include "solver/results.h"
 #include "solver/scan_results.h"
 #include "solver/shape_fit.h"
 #include "solver/shell_solver.h"
+#include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/solver_flags.h"
 
-DEFINE_string(scan, "", "The scan: .csv, .ply, .obj, .stl or .off, in the scene's unit of length.");
+DEFINE_string(scan,
+              "",
+              "input | FILE | .csv, .txt, .xyz, .ply, .obj, .stl or .off; required | The scan, in "
+              "the scene's unit of length.");
+DEFINE_string(face,
+              "outer",
+              "input | FACE | outer, inner or middle | The scanned face; outer is along the "
+              "normals.");
+DEFINE_double(noise,
+              0.0,
+              "input | LENGTH | >= 0, the scene's unit; default: 0, estimated | Standard deviation "
+              "of the scan along normals.");
+
 DEFINE_string(mode,
               "fit",
-              "fit: deforms the shell; register: only finds the pose and the distances.");
-DEFINE_string(
-    fingers,
-    "",
-    "fit: scene, the start and what fills holes is the scene's own equilibrium; none, the "
-    "shell at rest, fingers and loads are not known. Default: scene where it has any.");
-DEFINE_string(against, "deformed", "register: deformed, the scene's equilibrium, or rest.");
+              "fit | MODE | fit or register | fit: deforms the shell; register: only finds the "
+              "pose and the distances.");
+DEFINE_string(fingers,
+              "",
+              "fit | FINGERS | scene or none; default: scene where it has any | scene: the start, "
+              "and what fills holes, is the scene's own equilibrium; none: the shell at rest, "
+              "fingers and loads are not known.");
+DEFINE_double(weight,
+              0.0,
+              "fit | W | >= 0, no unit; default: 0, by the discrepancy principle | Weight of the "
+              "elastic energy.");
+
+DEFINE_string(against,
+              "deformed",
+              "registration | SHAPE | deformed or rest | With --mode=register: the scene's "
+              "equilibrium, or its shell at rest.");
 DEFINE_string(method,
               "robust",
-              "register: robust, or undeformed_first, the pose from where the shell hardly moved.");
+              "registration | METHOD | robust or undeformed_first | With --mode=register; "
+              "undeformed_first: the pose is from where the shell hardly moved.");
 DEFINE_double(undeformed_part,
               0.05,
-              "undeformed_first: what moved by less than this part of the largest displacement.");
-DEFINE_string(face, "outer", "The scanned face: outer (along normals), inner or middle.");
-DEFINE_double(noise, 0.0, "Standard deviation of the scan along normals; 0: estimated.");
-DEFINE_double(weight, 0.0, "Of the energy, without unit; 0: by the discrepancy principle.");
-DEFINE_int32(seed, 1, "Of the points drawn for the search of the pose.");
+              "registration | PART | in (0, 1], no unit | Of undeformed_first: what moved by less "
+              "than this part of the largest displacement.");
+DEFINE_int32(seed,
+             1,
+             "registration | SEED | any integer | Of the points drawn for the search of the pose.");
 
 namespace darboux {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr HelpItem kArguments[] = {
+    {"SCENE.yaml", "The scene, as of darboux_deform, whose shell was scanned."}};
+
+constexpr HelpItem kFiles[] = {
+    {"fit.json", "pose, verdict, weight, misfit and statistics of the distances"},
+    {"shell.vtu", "the fitted shell with the error map scan_distance, and scan_coverage"},
+    {"deformed.ply", "the fitted surface as a triangle mesh"},
+    {"scan_registered.ply", "the scan in the shell's frame, with a distance at each point"},
+    {"report.html", "with --report: shapes, numbers and plots in one file, for any browser"}};
+
+constexpr HelpItem kExitStatuses[] = {
+    {"0", "done"},
+    {"1",
+     "the scan does not match, not converged or interrupted (what there is is written and "
+     "marked), or results cannot be written"},
+    {"2", "bad input: one line on stderr says where and what is allowed; nothing is written"}};
+
+constexpr HelpItem kExamples[] = {
+    {"darboux_fit data/calibration/ball.yaml \\\n"
+     "  --scan=data/calibration/ball_4mm_scan.csv --fingers=none --out=fit",
+     "A squeezed ball from a scan alone, its fingers not known:"},
+    {"darboux_fit data/calibration/ball.yaml \\\n"
+     "  --scan=data/calibration/ball_4mm_scan.csv --mode=register --out=error",
+     "How far the computed shape is from the scan:"}};
+
 constexpr Tool kTool = {
     "darboux_fit",
     "SCENE.yaml --scan=FILE --out=DIR [flags]",
-    "Fits the deformation of a scene's shell to a scan of it, registration included: distances to\n"
-    "the scan and elastic energy, which fills what the scan does not show. Writes fit.json,\n"
-    "shell.vtu (with the error map scan_distance), deformed.ply and scan_registered.ply into DIR.\n"
-    "\n"
-    "exit status: 0 done\n"
-    "             1 the scan does not match, or not converged (results are written and marked)\n"
-    "             2 bad input, nothing written",
-    1};
+    "Fits the deformation of a scene's shell to a scan of it, registration included: distances to "
+    "the scan and elastic energy, which fills what the scan does not show. --mode=register only "
+    "finds the pose and the distances.\n\n"
+    "Options of the solver are those of the scene's own equilibrium, but for --threads and "
+    "--sparse_backend, which the fit shares.",
+    1,
+    "fits the deformation of a shell to a scan of it",
+    kArguments,
+    kFiles,
+    kExitStatuses,
+    "The first SIGINT (Ctrl-C) or SIGTERM stops the fit; what there is is written, marked as not "
+    "converged, and the exit status is 1. The second one ends the process.",
+    kExamples};
 
 void PrintError(const std::string& message) { progress::Error(message); }
 
@@ -291,14 +345,45 @@ int Run(int argc, char** argv) {
   if (!distances.empty()) {
     ShellFace face(shell->surface(), offset);
     face.SetDisplacements(displacements);
-    files.push_back(
-        {"shell.vtu",
-         MakeVtu(*shell, displacements, MakeScanFields(face, feet, distances, counts))});
+    const std::vector<ExtraField> scan_fields = MakeScanFields(face, feet, distances, counts);
+    files.push_back({"shell.vtu", MakeVtu(*shell, displacements, scan_fields)});
     files.push_back({"deformed.ply", MakeDeformedPly(*shell, displacements)});
     files.push_back(
         {"scan_registered.ply", MakeRegisteredPly(scan.points, pose, distances, counts)});
   }
   json["time_s"] = std::chrono::duration<double>(Clock::now() - start).count();
+  if (FLAGS_report) {
+    Report page = MakeReport(kTool.name, scene.name);
+    ReportShape shape;
+    shape.title = scene.name;
+    shape.problem = shell.get();
+    shape.scene = &scene;
+    if (solves) shape.states = StatesOf(solver_summary);
+    for (ReportState& state : shape.states) state.label = "computed, " + state.label;
+    if (!distances.empty()) {
+      // What is held against the scan; a shape that is not fitted is the last one there, or the
+      // shell at rest.
+      if (fits || shape.states.empty()) {
+        ReportState state;
+        state.label = fits ? "fitted to the scan" : "held against the scan";
+        state.displacements = &displacements;
+        shape.states.push_back(state);
+      }
+      ShellFace face(shell->surface(), offset);
+      face.SetDisplacements(displacements);
+      shape.distances = {CoveredDistance(MakeScanFields(face, feet, distances, counts))};
+      std::vector<Eigen::Vector3d> points;
+      for (const Eigen::Vector3d& x : scan.points) points.push_back(pose * x);
+      shape.clouds = {MakeCloud("scan, registered", "distance from the face", points, distances)};
+    }
+    AddShellView(shape, &page);
+    if (solves) {
+      AddHistory(scene, solver_summary, &page);
+      page.header["documents"]["summary"] = MakeSummaryJson(scene, solver_summary, nullptr);
+    }
+    page.header["documents"]["fit"] = json;
+    files.push_back({kReportFile, MakeReportHtml(page)});
+  }
   files.push_back({"fit.json", json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"});
   if (!WriteFiles(FLAGS_out, files, &error)) {
     PrintError(error);
@@ -306,7 +391,10 @@ int Run(int argc, char** argv) {
   }
   if (!FLAGS_quiet) {
     std::printf("%s: %s", scene.name.c_str(), report.c_str());
-    std::printf("results in %s: %zu files, fit.json\n", FLAGS_out.c_str(), files.size());
+    std::printf("results in %s: %zu files, fit.json%s\n",
+                FLAGS_out.c_str(),
+                files.size(),
+                FLAGS_report ? ", report.html" : "");
     std::fflush(stdout);
   }
   if (done) return kExitDone;
