@@ -692,10 +692,12 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
   }
   json["free_motions"] = summary.free_motions;
   json["decisions"] = summary.decisions;
+  json["kept_factors"] = summary.kept_factors;
   if (accuracy != nullptr) json["accuracy"] = ToJson(*accuracy);
   json["time_s"] = {{"setup", summary.setup_s},
                     {"solve", summary.solve_s},
                     {"output", 0.0},
+                    {"saved_by_kept_factors", summary.kept_factors_saved_s},
                     {"total", summary.setup_s + summary.solve_s}};
   MarkNotFinite(ReplaceNonFinite(&json), " numbers of summary.json are not finite", &json);
   return json;

@@ -26,46 +26,77 @@
 
 DEFINE_string(sweep,
               "",
-              "What is varied, joined by commas: resolution, grading, quadrature, boundary_rule, "
-              "strains, theory, solver. Default: all of them.");
-DEFINE_bool(product, false, "All combinations of what is varied, not each by itself.");
+              "study | LIST | some of resolution, grading, quadrature, boundary_rule, strains, "
+              "theory, solver; default: all | What is varied, joined by commas.");
+DEFINE_bool(product, false, "study | | | All combinations of what is varied, not each by itself.");
 DEFINE_int32(levels,
              0,
-             "Resolutions, 1 to 12: from a quarter of the scene's divisions (or frequency of an "
-             "icosphere) upwards by factors of 2, of other meshes from their own. Default: 5, "
-             "meshes 3.");
-DEFINE_double(max_dof, 30000, "Runs with more degrees of freedom are left out.");
-DEFINE_int32(repeats, 1, "Runs of each setting, 1 to 1000, of which the least times count.");
+             "study | N | 1 to 12; default: 5, meshes 3 | Resolutions: from a quarter of the "
+             "scene's divisions (or frequency of an icosphere) upwards by factors of 2, of other "
+             "meshes from their own.");
+DEFINE_double(max_dof,
+              30000,
+              "study | DOF | >= 1 | Runs with more degrees of freedom are left out.");
+DEFINE_int32(repeats, 1, "study | K | 1 to 1000 | Runs of each setting; the least times count.");
 DEFINE_string(clock,
               "wall",
-              "Seconds that count in plot and verdicts: wall, or cpu, those of all processors, "
-              "which a busy machine changes less.");
+              "study | CLOCK | wall or cpu | Seconds that count in plot and verdicts: on the wall, "
+              "or of all processors, which a busy machine changes less.");
 DEFINE_double(target,
               0.0,
-              "A relative error in (0, 1) of your own, besides 0.1, 0.01 and 0.001. Default: the "
-              "scene's model.accuracy, if any.");
+              "study | ERROR | relative, in (0, 1); default: the scene's model.accuracy, if any | "
+              "An error of your own, besides 0.1, 0.01 and 0.001.");
 DEFINE_string(reference,
               "auto",
-              "auto: the scene's expectations, or where there are none richardson; richardson: "
-              "extrapolated from the runs.");
+              "study | REFERENCE | auto or richardson | auto: the scene's expectations, or where "
+              "there are none richardson: extrapolated from the runs.");
 
 namespace darboux {
 namespace {
 
+constexpr HelpItem kArguments[] = {
+    {"SCENE.yaml",
+     "A scene as of darboux_deform, parametric or a mesh. Errors are those of its expect entries; "
+     "where it has none, of its probes and fingers against an extrapolation."}};
+
+constexpr HelpItem kFiles[] = {
+    {"accuracy.csv",
+     "a row for each run: settings, dof, errors, seconds, memory, whether cheapest"},
+    {"accuracy.json", "the same, with the reference, its uncertainty, and the cheapest settings"},
+    {"accuracy.svg", "errors over degrees of freedom and over seconds"},
+    {"report.html", "with --report: plots, table and verdicts in one file, for any browser"}};
+
+constexpr HelpItem kExitStatuses[] = {
+    {"0", "done"},
+    {"1",
+     "no reference, nothing converged or interrupted (what there is is written), or results cannot "
+     "be written"},
+    {"2", "bad input: one line on stderr says where and what is allowed; nothing is written"}};
+
+constexpr HelpItem kExamples[] = {
+    {"darboux_accuracy data/clamped_plate.yaml --max_dof=1500 --out=cost",
+     "A plate over resolutions, and with everything else varied one at a time:"},
+    {"darboux_accuracy data/pinched_cylinder.yaml --sweep=resolution,grading \\\n"
+     "  --product --levels=3 --clock=cpu --repeats=2 --target=0.02 --out=cost",
+     "All combinations of resolutions and gradings, in seconds of the processor, with an error of "
+     "one's own:"}};
+
 constexpr Tool kTool = {
     "darboux_accuracy",
     "SCENE.yaml --out=DIR [flags]",
-    "What accuracy costs in time: solves a scene over resolutions, and with each of the other\n"
-    "settings varied one at a time over the resolutions. Errors are against the scene's\n"
-    "expectations or a Richardson extrapolation. Writes accuracy.csv, accuracy.json and\n"
-    "accuracy.svg into DIR, with --report also report.html, prints a table and the cheapest "
-    "settings for 10 %, 1 % and 0.1 %.\n"
-    "--time_limit is that of the whole study. Each run has a process of its own.\n"
-    "\n"
-    "exit status: 0 done\n"
-    "             1 no reference, nothing converged or interrupted (what there is is written)\n"
-    "             2 bad input, nothing written",
-    1};
+    "Solves a scene over resolutions, and with each of the other settings varied one at a time "
+    "over the resolutions. Errors are against the scene's expectations or a Richardson "
+    "extrapolation. Prints a table and the cheapest settings for 10 %, 1 % and 0.1 %.\n\n"
+    "--time_limit is that of the whole study; what does not fit is left out, and said so. Each "
+    "run has a process of its own.",
+    1,
+    "shows what accuracy costs in time",
+    kArguments,
+    kFiles,
+    kExitStatuses,
+    "The first SIGINT (Ctrl-C) or SIGTERM ends the study; the runs done are written, and the exit "
+    "status is 1. The second one ends the process.",
+    kExamples};
 
 void PrintError(const std::string& message) { progress::Error(message); }
 
