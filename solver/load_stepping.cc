@@ -118,6 +118,15 @@ MixedIteration::Options LoadStepping::MixedOptions() const {
   options.max_iterations = std::min(kMaxIterations, options_.max_iterations);
   options.gradient_tolerance = options_.gradient_tolerance;
   options.stop = [this] { return deadline_.Stopped() || deadline_.TimedOut(); };
+  if (deadline_.log != nullptr) {
+    options.on_iteration = [this](int iteration, double energy, double relative_gradient) {
+      deadline_.log->Record(IterationReport::Method::kMixed,
+                            problem_->load_factor(),
+                            iteration,
+                            energy,
+                            relative_gradient);
+    };
+  }
   return options;
 }
 

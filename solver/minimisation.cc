@@ -22,9 +22,31 @@ namespace {
 // the largest component), when the user stops it, or when time is up.
 class StopCallback : public ceres::IterationCallback {
  public:
-  StopCallback(const Deadline& deadline, double gradient)
-      : deadline_(deadline), gradient_(gradient) {}
+  // Gradients are reported relative to `reference`, in the units of the problem.
+  StopCallback(ShellProblem* problem,
+               IterationReport::Method method,
+               const Deadline& deadline,
+               double gradient,
+               double reference)
+      : problem_(problem),
+        method_(method),
+        deadline_(deadline),
+        gradient_(gradient),
+        reference_(reference) {
+    if (deadline.log == nullptr) return;
+    for (int e = 0; e < kNumEffects; ++e) energy_ += problem->Energy(static_cast<Effect>(e));
+  }
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (deadline_.log != nullptr) {
+      // Ceres' cost has squares of multipliers in it, which stay as they are.
+      if (summary.iteration == 0) energy_ -= problem_->force_unit() * summary.cost;
+      deadline_.log->Record(
+          method_,
+          problem_->load_factor(),
+          summary.iteration,
+          problem_->force_unit() * summary.cost + energy_,
+          reference_ > 0.0 ? summary.gradient_norm / reference_ : summary.gradient_norm);
+    }
     const bool line_search = summary.line_search_iterations > 0;
     if ((line_search || summary.step_is_successful) && summary.gradient_norm <= gradient_) {
       return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
@@ -46,8 +68,12 @@ class StopCallback : public ceres::IterationCallback {
                                                        : ceres::SOLVER_CONTINUE;
   }
 
+  ShellProblem* problem_;
+  IterationReport::Method method_;
   const Deadline& deadline_;
   double gradient_;
+  double reference_;
+  double energy_ = 0.0;  // J, at the start; then without Ceres' cost there
 };
 
 ceres::Solver::Options CeresOptions(const SolverOptions& options) {
@@ -385,9 +411,12 @@ bool Descend(ShellProblem* problem,
     ceres_options.gradient_tolerance = 0.0;
     // Reactions are still to be found; the loads alone are a scale on the safe side.
     const double loads = equilibrium->loads;
-    StopCallback stop(deadline,
-                      options.gradient_tolerance * (loads > 0.0 ? loads : equilibrium->reference) /
-                          problem->force_unit());
+    const double reference = (loads > 0.0 ? loads : equilibrium->reference) / problem->force_unit();
+    StopCallback stop(problem,
+                      IterationReport::Method::kCeres,
+                      deadline,
+                      options.gradient_tolerance * reference,
+                      reference);
     ceres_options.callbacks.push_back(&stop);
     ceres::Solver::Summary ceres_summary;
     ceres::Solve(ceres_options, problem->problem(), &ceres_summary);
@@ -508,8 +537,12 @@ bool DescendByConjugateGradients(ShellProblem* problem,
     ceres_options.max_num_iterations = kStepsPerIteration * options.max_iterations - *iterations;
     ceres_options.max_solver_time_in_seconds = deadline.Remaining();
     ceres_options.gradient_tolerance = 0.0;
-    StopCallback stop(deadline,
-                      options.gradient_tolerance * equilibrium->reference / problem->force_unit());
+    const double reference = equilibrium->reference / problem->force_unit();
+    StopCallback stop(problem,
+                      IterationReport::Method::kConjugateGradient,
+                      deadline,
+                      options.gradient_tolerance * reference,
+                      reference);
     ceres_options.callbacks.push_back(&stop);
     ceres::Solver::Summary ceres_summary;
     ceres::Solve(ceres_options, problem->problem(), &ceres_summary);

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <string>
 
+#include "solver/iteration_log.h"
 #include "solver/shell_problem.h"
 #include "solver/shell_solver.h"
 
@@ -27,6 +28,7 @@ struct Deadline {
   Clock::time_point start;
   double limit_s;
   const std::atomic<bool>* stop;
+  IterationLog* log = nullptr;  // of the solve that this limits
 
   bool Stopped() const { return stop != nullptr && stop->load(); }
   bool TimedOut() const { return limit_s > 0.0 && Since(start) >= limit_s; }

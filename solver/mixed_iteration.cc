@@ -172,7 +172,9 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
   Summary summary;
   Eigen::VectorXd gradient;
   TangentStiffness::Request first, again;
+  double energy = 0.0;
   first.gradient = &gradient;
+  if (options.on_iteration) first.energy = &energy;
   first.matrix = again.matrix = true;
   first.initial_stresses = again.initial_stresses = &stresses_;
   Eigen::VectorXd step;
@@ -217,6 +219,10 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
         return summary;
       }
       summary.relative_gradient = RelativeGradient(gradient);
+    }
+    if (options.on_iteration) {
+      options.on_iteration(
+          summary.iterations, problem_->force_unit() * energy, summary.relative_gradient);
     }
     const double before = previous;
     previous = summary.relative_gradient;

@@ -37,6 +37,8 @@ class MixedIteration {
     // unknowns changes, where that is more and the iteration gains nothing any more.
     double gradient_tolerance = 1e-7;
     std::function<bool()> stop;  // asked once an iteration
+    // Told the iteration, the energy and the relative gradient of the state it starts from.
+    std::function<void(int iteration, double energy, double relative_gradient)> on_iteration;
   };
   struct Summary {
     bool converged = false;

@@ -121,6 +121,8 @@ MixedIteration::Summary PathFollowing::Correct(const Eigen::VectorXd* control,
   request.control_spring = spring > 0.0;
   TangentStiffness::Request again = request;
   again.gradient = nullptr;
+  double energy = 0.0;
+  if (deadline_.log != nullptr) request.energy = &energy;
   double previous = std::numeric_limits<double>::infinity();
   while (true) {
     if (!tangent.Evaluate(request)) {
@@ -135,6 +137,13 @@ MixedIteration::Summary PathFollowing::Correct(const Eigen::VectorXd* control,
     if (!std::isfinite(summary.relative_gradient)) {
       summary.message = "the iteration diverged";
       return summary;
+    }
+    if (deadline_.log != nullptr) {
+      deadline_.log->Record(IterationReport::Method::kPath,
+                            problem_->load_factor(),
+                            summary.iterations,
+                            problem_->force_unit() * energy,
+                            summary.relative_gradient);
     }
     constexpr double kStep = 1e-7;  // of the step, that may be left
     const bool balanced = mixed_.IsBalanced(
@@ -197,6 +206,12 @@ bool PathFollowing::Follow(const OnPoint& on_point, std::string* message) {
   inflation.max_iterations = options_.max_iterations;
   inflation.gradient_tolerance = options_.gradient_tolerance;
   inflation.stop = [this] { return deadline_.Stopped() || deadline_.TimedOut(); };
+  if (deadline_.log != nullptr) {
+    inflation.on_iteration = [this](int iteration, double energy, double relative_gradient) {
+      deadline_.log->Record(
+          IterationReport::Method::kMixed, 0.0, iteration, energy, relative_gradient);
+    };
+  }
   const MixedIteration::Summary inflated = mixed_.Inflate(inflation);
   if (!inflated.converged) {
     if (!inflated.stopped || !OutOfTime(message)) *message = inflated.message;

@@ -414,7 +414,8 @@ bool Solve(const Scene& scene,
   if (!options.IsValid(error)) return false;
   if (!FitsIntoMemory(scene, error) || !CheckGas(scene, error)) return false;
   const Clock::time_point start = Clock::now();
-  const Deadline deadline{start, options.time_limit_s, options.stop};
+  IterationLog log(start, scene.steps, options.on_iteration, &summary->iteration_history);
+  const Deadline deadline{start, options.time_limit_s, options.stop, &log};
   const auto terminate = [&](bool converged, const std::string& message) {
     using Termination = SolverSummary::Termination;
     summary->termination = converged             ? Termination::kConverged
@@ -501,6 +502,11 @@ bool Solve(const Scene& scene,
                    start,
                    summary);
       }
+      log.Record(IterationReport::Method::kLinear,
+                 1.0,
+                 linear_iterations,
+                 summary->steps.back().energy,
+                 equilibrium.relative_gradient);
       terminate(converged, message);
       Finish(linear, options, equilibrium, summary);
       return true;
@@ -572,6 +578,7 @@ bool Solve(const Scene& scene,
                  options,
                  start,
                  summary);
+      log.BeginStep(static_cast<int>(summary->steps.size()) + 1);
       summary->steps.back().limit_point = point.limit_point;
       RecordStability(point.stability, &summary->steps.back());
     };
@@ -602,6 +609,7 @@ bool Solve(const Scene& scene,
       stepping.SetStart(options.initial_displacements, options.initial_contact);
     }
     for (int step = 1; step <= scene.steps; ++step) {
+      log.BeginStep(step);
       LoadStepping::Result result = stepping.Advance(static_cast<double>(step) / scene.steps);
       Stability stability = CheckStability(&stepping.mixed());
       if (result.converged && stability.negative_modes > 0 &&

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "solver/grasp_quality.h"
+#include "solver/iteration_log.h"
 #include "solver/scene.h"
 #include "solver/shell_problem.h"
 #include "solver/sparse_cholesky.h"
@@ -48,6 +49,8 @@ struct SolverOptions {
   std::vector<double> initial_contact;
   const std::atomic<bool>* stop = nullptr;  // set from elsewhere (Ctrl-C): stop at the next chance
   std::function<void(const StepReport&)> on_step;  // after each load step
+  // In every iteration, on the thread of Solve; what it takes is added to the solve.
+  std::function<void(const IterationReport&)> on_iteration;
 
   bool IsValid(std::string* error) const;
 };
@@ -116,7 +119,8 @@ struct SolverSummary {
   double gradient_norm = 0.0;        // relative, see SolverOptions
   double force_balance = 0.0;        // resultant of loads and reactions, relative
   std::vector<LoadStep> steps;
-  std::vector<std::string> decisions;  // what the solver chose and why, one line each
+  std::vector<IterationReport> iteration_history;  // all of them, those of failed steps too
+  std::vector<std::string> decisions;              // what the solver chose and why, one line each
   double setup_s = 0.0, solve_s = 0.0;
 
   bool IsConverged() const { return termination == Termination::kConverged; }
