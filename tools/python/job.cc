@@ -39,9 +39,8 @@ void Job::Post(std::function<void()> event) {
 
 bool Job::Wait(double seconds) {
   std::unique_lock<std::mutex> lock(mutex_);
-  changed_.wait_for(lock, std::chrono::duration<double>(seconds), [this] {
-    return ended_ || !events_.empty();
-  });
+  changed_.wait_for(
+      lock, std::chrono::duration<double>(seconds), [this] { return ended_ || !events_.empty(); });
   return ended_;
 }
 
@@ -62,7 +61,9 @@ void Job::End(const std::string& failure, bool out_of_memory) {
   changed_.notify_all();
 }
 
-void Job::Run(const std::function<void(Job*)>& work, const py::object& stop_requested, bool* ended) {
+void Job::Run(const std::function<void(Job*)>& work,
+              const py::object& stop_requested,
+              bool* ended) {
   *ended = false;
   const auto job = std::make_shared<Job>();
   std::thread thread([job, work] {

@@ -14,9 +14,9 @@
 namespace darboux {
 
 // Long work in a thread of its own, which knows nothing of Python. The calling thread waits without
-// the interpreter's lock and takes it now and then: to look for signals (Ctrl-C), to see whether the
-// caller's `stop` is set, and to call Python with what the work has posted. So Python code runs in
-// the thread that asked for the work and nowhere else, other Python threads go on meanwhile, and
+// the interpreter's lock and takes it now and then: to look for signals (Ctrl-C), to see whether
+// the caller's `stop` is set, and to call Python with what the work has posted. So Python code runs
+// in the thread that asked for the work and nowhere else, other Python threads go on meanwhile, and
 // any number of them can have work done at the same time.
 class Job {
  public:

@@ -1,5 +1,7 @@
 #include "tools/python/solver_options.h"
 
+#include <pybind11/stl.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -62,8 +64,7 @@ SolverOptions SolverOptionsOf(const py::dict& options) {
     Fail("gradient_tolerance", options["gradient_tolerance"], kFraction);
   }
   constexpr char kCount[] = "an integer >= 1";
-  if (Get(options, "max_iterations", kCount, &solver.max_iterations) &&
-      solver.max_iterations < 1) {
+  if (Get(options, "max_iterations", kCount, &solver.max_iterations) && solver.max_iterations < 1) {
     Fail("max_iterations", options["max_iterations"], kCount);
   }
   constexpr char kBackends[] = "auto | suite_sparse | eigen";
