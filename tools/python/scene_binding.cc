@@ -151,7 +151,13 @@ std::shared_ptr<Solution> SolveHandle(const std::shared_ptr<SceneHandle>& handle
   };
   const std::shared_ptr<Solution> solution = RunToEnd<Solution>(
       task->solution, work, stop, [task](const Solution&) { return task->posed; });
-  if (!task->posed) throw MakeInputError(task->error);
+  if (!task->posed) {
+    const std::string option = "initial_displacements";
+    if (task->error.compare(0, option.size(), option) == 0) {
+      task->error = "start: found a result on another mesh: " + task->error;
+    }
+    throw MakeInputError(task->error);
+  }
   return solution;
 }
 
