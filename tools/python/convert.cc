@@ -60,6 +60,7 @@ py::array_t<T, py::array::c_style | py::array::forcecast> TableOf(const py::hand
 template <typename T>
 std::string RowProblem(const T* row, int columns) {
   for (int k = 0; k < columns; ++k) {
+    if (std::isnan(row[k])) return "nan";
     if (!std::isfinite(row[k])) return FormatNumber(row[k]);
   }
   return "";
