@@ -151,8 +151,8 @@ class Threads(unittest.TestCase):
         self.assertLess(gaps.max(), 0.5 * (end - start))
 
     def test_two_threads_solve_at_the_same_time_and_to_the_same_bits(self):
-        scenes = [darboux.Scene(BALL), darboux.Scene(BALL, steps=2)]
-        scenes[1].add_load(kind="gas", gauge_pressure=0.01, ambient_pressure=0.1)
+        scenes = [darboux.Scene(BALL), darboux.Scene(BALL)]
+        scenes[1].add_load(kind="gas", gauge_pressure=0, ambient_pressure=0.1)
         alone = [scene.solve(threads=1) for scene in scenes]
         results, spans = [None, None], [None, None]
         begin = threading.Barrier(2)
@@ -160,10 +160,9 @@ class Threads(unittest.TestCase):
         def solve(i):
             times = []
             begin.wait()
-            for _ in range(2):
-                results[i] = scenes[i].solve(
-                    threads=1, progress=lambda p: times.append(time.monotonic())
-                )
+            results[i] = scenes[i].solve(
+                threads=1, progress=lambda p: times.append(time.monotonic())
+            )
             spans[i] = (times[0], times[-1])
 
         workers = [threading.Thread(target=solve, args=(i,)) for i in range(2)]

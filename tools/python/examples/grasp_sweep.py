@@ -15,7 +15,7 @@ curves = {}
 print("radius mm  travel mm  force N  stiffness N/mm  contact mm2  stored mJ")
 for radius in (3, 10):
     result = None
-    for travel in (1, 2, 4, 6):
+    for travel in (2, 4, 6):
         for finger in ball["fingers"]:
             finger["shape"]["radius"] = radius
             finger["motion"]["travel"] = travel
