@@ -158,7 +158,8 @@ def calibrate(
     theory ... stop: as of Scene.solve; the first five replace what all scenes say
     check:   raise NotConverged where it has not converged or a parameter is not identifiable
     """
-    file, text, data = None, "", {}
+    file, text = None, ""
+    data: Dict[str, Dict[str, Any]] = {}
     if isinstance(what, (str, os.PathLike)):
         file = os.fspath(what)
     else:

@@ -36,7 +36,8 @@ ProgressFunction = Optional[Callable[[Progress], Any]]
 def as_keywords(progress: ProgressFunction) -> Optional[Callable[..., Any]]:
     if progress is None:
         return None
-    return lambda **values: progress(Progress(**values))
+    call = progress
+    return lambda **values: call(Progress(**values))
 
 
 def given(**options: Any) -> Dict[str, Any]:

@@ -32,6 +32,23 @@ def with_arrays(value: Any) -> Any:
     return value
 
 
+class _Field:
+    """An attribute of Result that is an array."""
+
+    def __init__(self, where: str, doc: str) -> None:
+        self._where = where
+        self.__doc__ = doc
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    def __get__(self, result: Any, owner: Optional[type] = None) -> Array:
+        return self if result is None else getattr(result, self._where)[self._name]  # type: ignore
+
+    def __set__(self, result: Any, value: Any) -> None:
+        raise AttributeError(f"{self._name} is a result: it cannot be set")
+
+
 class Result:
     """A solved scene, which nothing changes any more: its numbers, its fields and its files.
 
@@ -160,6 +177,26 @@ class Result:
     def _final(self) -> Dict[str, Array]:
         return _frozen(self._solution.fields(-1))
 
+    # Of the rest surface, and of the final state; see the class.
+
+    points = _Field("_rest", "(n, 3) rest positions.")
+    triangles = _Field("_rest", "(m, 3) int32 rows of points.")
+    uv = _Field("_rest", "(n, 2) parameters; 0 on meshes.")
+    principal_curvatures = _Field("_rest", "(n, 2) of the rest surface, 1/length.")
+    principal_direction_1 = _Field("_rest", "(n, 3) unit tangent of the first line of curvature, at rest.")
+    displacement = _Field("_final", "(n, 3) length, final state.")
+    normal = _Field("_final", "(n, 3) unit normal of the deformed middle surface, final state.")
+    membrane_strain = _Field("_final", "(n, 3) components 11, 22, 12, final state.")
+    principal_membrane_strain = _Field("_final", "(n, 2) e_1 >= e_2, final state.")
+    bending_strain = _Field("_final", "(n, 3) components 11, 22, 12, 1/length, final state.")
+    membrane_force = _Field("_final", "(n, 3) components 11, 22, 12, force/length, final state.")
+    moment = _Field("_final", "(n, 3) components 11, 22, 12, force, final state.")
+    von_mises_top = _Field("_final", "(n,) at the face along +n, force/length^2, final state.")
+    von_mises_bottom = _Field("_final", "(n,) at the face along -n, force/length^2, final state.")
+    energy_density = _Field("_final", "(n,) strain energy per rest area, final state.")
+    membrane_energy_density = _Field("_final", "(n,) of stretching alone, final state.")
+    bending_energy_density = _Field("_final", "(n,) of bending alone, final state.")
+
     def fields(self, step: int = -1) -> Dict[str, Array]:
         """The fields of a load step by name (see the class), as new arrays; at an unstable state
         also lowest_mode (n, 3), its softest direction of any length."""
@@ -261,31 +298,4 @@ def _frozen(fields: Dict[str, Array]) -> Dict[str, Array]:
     return fields
 
 
-def _attribute(name: str, where: str, doc: str) -> property:
-    return property(lambda self: getattr(self, where)[name], doc=doc)
-
-
-for _name, _doc in (
-    ("points", "(n, 3) rest positions."),
-    ("triangles", "(m, 3) int32 rows of points."),
-    ("uv", "(n, 2) parameters; 0 on meshes."),
-    ("principal_curvatures", "(n, 2) of the rest surface, 1/length."),
-    ("principal_direction_1", "(n, 3) unit tangent of the first line of curvature, at rest."),
-):
-    setattr(Result, _name, _attribute(_name, "_rest", _doc))
-for _name, _doc in (
-    ("displacement", "(n, 3) length, final state."),
-    ("normal", "(n, 3) unit normal of the deformed middle surface, final state."),
-    ("membrane_strain", "(n, 3) components 11, 22, 12, final state."),
-    ("principal_membrane_strain", "(n, 2) e_1 >= e_2, final state."),
-    ("bending_strain", "(n, 3) components 11, 22, 12, 1/length, final state."),
-    ("membrane_force", "(n, 3) components 11, 22, 12, force/length, final state."),
-    ("moment", "(n, 3) components 11, 22, 12, force, final state."),
-    ("von_mises_top", "(n,) at the face along +n, force/length^2, final state."),
-    ("von_mises_bottom", "(n,) at the face along -n, force/length^2, final state."),
-    ("energy_density", "(n,) strain energy per rest area, final state."),
-    ("membrane_energy_density", "(n,) of stretching alone, final state."),
-    ("bending_energy_density", "(n,) of bending alone, final state."),
-):
-    setattr(Result, _name, _attribute(_name, "_final", _doc))
 Result.__module__ = "darboux"

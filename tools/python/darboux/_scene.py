@@ -130,7 +130,7 @@ class Scene(MutableMapping):
         return len(self._data)
 
     def __repr__(self) -> str:
-        surface = self._data.get("surface")
+        surface: Any = self._data.get("surface")
         kind = surface.get("kind") if hasattr(surface, "get") else None
         counts = [
             f"{len(self._data[key])} {key}"
