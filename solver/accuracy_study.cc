@@ -292,7 +292,8 @@ bool RunStudy(const Scene& scene, const StudyOptions& options, Study* study, std
   const int num_runs = static_cast<int>(plan.runs.size());
   // Seconds of the last level of each family, and of each level of the scene's own.
   std::map<int, double> before, own;
-  std::map<int, int> failures;  // of each family, one after the other
+  std::map<int, int> failures;             // of each family, one after the other
+  double taken_s = 0.0, taken_work = 0.0;  // of all runs so far
   bool posed = false;
   std::string first_reason;
   for (int i = 0; i < num_runs; ++i) {
@@ -355,7 +356,20 @@ bool RunStudy(const Scene& scene, const StudyOptions& options, Study* study, std
     study->runs.push_back(run);
     if (options.solver.stop != nullptr && options.solver.stop->load()) study->stopped = true;
     if (options.on_run && !(study->stopped && outcome.status == RunOutcome::Status::kSkipped)) {
-      options.on_run(run, i + 1, num_runs);
+      // Sparse factorisations of shells grow a little faster than the dof.
+      constexpr double kPower = 1.2;
+      if (outcome.total_s >= 0.0) {
+        taken_s += outcome.total_s * std::max(1, options.repeats);
+        taken_work += std::pow(dof, kPower);
+      }
+      double work = 0.0;
+      for (int next = i + 1; next < num_runs; ++next) {
+        const double next_dof = EstimatedDof(scene, plan.runs[next].settings);
+        if (next_dof <= options.max_dof) work += std::pow(next_dof, kPower);
+      }
+      double left_s = taken_work > 0.0 ? taken_s * work / taken_work : 0.0;
+      if (limit > 0.0) left_s = std::min(left_s, std::max(0.0, limit - Since(start)));
+      options.on_run(run, i + 1, num_runs, left_s);
     }
     // The scene's own settings come first: without a single one of them there is no study.
     const bool own_end = i + 1 == num_runs || plan.runs[i + 1].family != 0;

@@ -98,8 +98,9 @@ struct StudyOptions {
   bool richardson = false;  // the reference even where the scene expects something
   std::vector<double> targets{0.1, 0.01, 0.001};  // relative errors
   Runner runner = RunInChild;
-  // After each run: how many of the plan are done.
-  std::function<void(const StudyRun&, int done, int planned)> on_run;
+  // After each run: how many of the plan are done, and about how long the others will take, by
+  // their dof and what those before have taken.
+  std::function<void(const StudyRun&, int done, int planned, double seconds_left)> on_run;
 };
 
 // False and *error (bad input) where the scene cannot be posed with its own settings at any level.

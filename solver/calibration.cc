@@ -482,6 +482,9 @@ void Calibration::ScaleModulus() {
 }
 
 bool Calibration::Minimise(std::string* message) {
+  // Costs are squares of standard deviations: a change less than kNothing is nothing, in exact data
+  // too; and one less than kEnough of the cost.
+  constexpr double kNothing = 1e-10, kEnough = 1e-5;
   class Stop : public ceres::IterationCallback {
    public:
     Stop(const Calibration* owner, int* iterations) : owner_(*owner), iterations_(iterations) {}
@@ -490,21 +493,35 @@ bool Calibration::Minimise(std::string* message) {
       std::ostringstream line;
       line.precision(6);
       line << "iteration " << *iterations_ << "  cost " << step.cost << "  E " << now.young_modulus;
+      CalibrationIteration report;
+      report.iteration = *iterations_;
+      report.cost = step.cost;
+      report.parameters.emplace_back(ToString(StateParameter::kYoungModulus), now.young_modulus);
       for (int k = 1; k < 4; ++k) {
         const StateParameter p = static_cast<StateParameter>(k);
         if (!owner_.spec_.parameter(p).asked) continue;
-        line << "  " << ToString(p) << " "
-             << (k == 1   ? now.thickness
-                 : k == 2 ? now.poisson_ratio
-                          : now.gas_pressure);
+        const double value = k == 1 ? now.thickness : k == 2 ? now.poisson_ratio : now.gas_pressure;
+        line << "  " << ToString(p) << " " << value;
+        report.parameters.emplace_back(ToString(p), value);
       }
-      line << "  " << Format("%.2f s", Since(owner_.start_));
-      owner_.Progress(line.str());
+      report.seconds = Since(owner_.start_);
+      line << "  " << Format("%.2f s", report.seconds);
+      report.text = line.str();
+      if (step.iteration > 0 && step.step_is_successful) {
+        const double end = kNothing + kEnough * step.cost;
+        const double rate = step.cost_change / change_;  // of the changes, per iteration
+        if (change_ > 0.0 && step.cost_change > end && rate < 1.0) {
+          const double left = std::ceil(std::log(end / step.cost_change) / std::log(rate));
+          report.seconds_left = left * (report.seconds - begun_) / step.iteration;
+        }
+        change_ = step.cost_change;
+      } else if (step.iteration == 0) {
+        begun_ = report.seconds;
+      }
+      if (owner_.options_.on_iteration) owner_.options_.on_iteration(report);
       ++*iterations_;
-      // Costs are squares of standard deviations: less than this is nothing, in exact data too.
-      constexpr double kNothing = 1e-10;
       if (step.iteration > 0 && step.step_is_successful &&
-          step.cost_change <= kNothing + 1e-5 * step.cost) {
+          step.cost_change <= kNothing + kEnough * step.cost) {
         return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
       }
       // Poses that scans hardly determine creep. Half squares of standard deviations that change
@@ -520,6 +537,7 @@ bool Calibration::Minimise(std::string* message) {
    private:
     const Calibration& owner_;
     int* iterations_;
+    double change_ = 0.0, begun_ = 0.0;
     int creeping_ = 0;  // steps
   };
   ceres::Problem::Options problem_options;

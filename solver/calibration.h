@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "geometry/point_cloud.h"
@@ -123,10 +124,22 @@ struct CalibrationSpec {
 constexpr int kRegions = 16;
 constexpr double kRestPart = 0.1;  // default of rest_error, in thicknesses
 
+// An iteration of the estimation, and the state that it starts from.
+struct CalibrationIteration {
+  int iteration = 0;
+  double cost = 0.0;  // half of the sum of squares, in standard deviations
+  std::vector<std::pair<std::string, double>> parameters;  // those asked for, Young's modulus first
+  double seconds = 0.0;                                    // since the calibration began
+  // While costs fall: until their change is what ends the iteration, at the rate of the last two.
+  std::optional<double> seconds_left;
+  std::string text;  // all of it but the last, in a line
+};
+
 struct CalibrationOptions {
   SolverOptions solver;
   int max_iterations = 30;
-  std::function<void(const std::string&)> on_progress;  // one line each
+  std::function<void(const std::string&)> on_progress;  // what begins now, one line each
+  std::function<void(const CalibrationIteration&)> on_iteration;
 };
 
 struct CalibrationSummary {

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -17,6 +18,8 @@
 
 namespace darboux {
 namespace {
+
+using Clock = std::chrono::steady_clock;
 
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
@@ -279,9 +282,22 @@ class Fit {
     // Points that turn into outliers and back would keep it from settling.
     constexpr int kFrozen = 5;
     const int most = to_the_end ? 3 * options_.max_iterations : options_.max_iterations;
+    const auto report = [&](bool is_end) {
+      if (!options_.on_iteration) return;
+      ShapeFitIteration report;
+      report.trial = static_cast<int>(summary_->trials.size()) + 1;
+      report.weight = weight;
+      report.iteration = iteration;
+      report.is_end = is_end;
+      report.misfit = Misfit(*state);
+      report.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+      if (is_end) report.seconds_left_at_most = trials_left_ * report.seconds / report.trial;
+      options_.on_iteration(report);
+    };
     for (; iteration < most; ++iteration) {
       if (options_.stop != nullptr && options_.stop->load()) return false;
       if (!to_the_end || iteration < kFrozen) FindWeights(*state);
+      report(false);
       VectorXd gradient;
       if (!Regularise(state->u, &energy_, &gradient)) return false;
       const double value = DataTerm(*state) + factor * energy_;
@@ -322,6 +338,8 @@ class Fit {
     summary_->weight = weight;
     summary_->misfit = Misfit(*state);
     summary_->iterations = std::max(0, summary_->iterations) + iteration;
+    if (trials_left_ > 0) --trials_left_;
+    report(true);
     summary_->trials.push_back({weight, summary_->misfit, iteration});
     return true;
   }
@@ -385,6 +403,8 @@ class Fit {
     int num_stagnant = 0;
     constexpr double kStep = 0.1;
     const State first = *state;
+    constexpr int kMostBetween = 6;
+    trials_left_ = options_.max_weights + kMostBetween + 1;
     for (int k = 0; k < options_.max_weights; ++k) {
       if (!AtWeight(weight, false, state)) return false;
       const double misfit = summary_->misfit;
@@ -434,7 +454,8 @@ class Fit {
       return Finish(soft_weight, state);
     }
     // Misfits grow with the weight: false position in logarithms, kept off the ends.
-    for (int k = 0; k < 6 && !(soft_misfit > (1.0 - kClose) * noise_); ++k) {
+    trials_left_ = kMostBetween + 1;
+    for (int k = 0; k < kMostBetween && !(soft_misfit > (1.0 - kClose) * noise_); ++k) {
       double part = std::log(noise_ / soft_misfit) / std::log(stiff_misfit / soft_misfit);
       part = std::clamp(part, 0.15, 0.85);
       weight = soft_weight * std::pow(stiff_weight / soft_weight, part);
@@ -452,7 +473,10 @@ class Fit {
     return Finish(soft_weight, state);
   }
 
-  bool Finish(double weight, State* state) { return AtWeight(weight, true, state); }
+  bool Finish(double weight, State* state) {
+    trials_left_ = 1;
+    return AtWeight(weight, true, state);
+  }
 
   ShellProblem* shell_;
   const Matrix3Xd& reference_;
@@ -470,6 +494,8 @@ class Fit {
   double spacing_ = 0.0;  // to the last of the neighbours, at the median
   double energy_scale_ = 1.0, noise_ = 0.0, energy_ = 0.0;
 
+  const Clock::time_point start_ = Clock::now();
+  int trials_left_ = 1;   // of weights, at most
   bool settled_ = false;  // the last iteration at a weight
   bool reached_ = true;   // the misfit came down to the noise
   std::string note_;

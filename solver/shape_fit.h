@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <atomic>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,18 @@ namespace darboux {
 // the distances is the noise; a smaller one would fit noise, a larger one leaves signal. Points
 // without neighbours on the same sheet are outliers, w_i = 0; a dent, which is far away but
 // coherent, is not.
+// Progress of a fit: an iteration at a weight, or its end.
+struct ShapeFitIteration {
+  int trial = 1;  // of weights, 1-based
+  double weight = 0.0;
+  int iteration = 0;     // at this weight
+  bool is_end = false;   // of the trial: `iteration` is how many it took
+  double misfit = 0.0;   // root mean square of the distances of points that count
+  double seconds = 0.0;  // since the first weight
+  // At the end of a trial, of all that may follow, by the mean of those that were.
+  double seconds_left_at_most = 0.0;
+};
+
 struct ShapeFitOptions {
   // Standard deviation of the scan along normals, in the unit of length; 0: estimated from
   // neighbouring points (EstimateNoise).
@@ -42,6 +55,7 @@ struct ShapeFitOptions {
   SparseBackend backend = SparseBackend::kAuto;
   int num_threads = 1;
   const std::atomic<bool>* stop = nullptr;
+  std::function<void(const ShapeFitIteration&)> on_iteration;
 
   bool IsValid(std::string* error) const;
 };

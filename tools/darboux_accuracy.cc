@@ -7,8 +7,6 @@
 // Exit status: 0 done; 1 no reference could be established, nothing converged, or interrupted (what
 // there is is written), or the results could not be written; 2 bad input, with nothing written.
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -18,6 +16,7 @@
 #include "solver/accuracy_results.h"
 #include "solver/accuracy_study.h"
 #include "solver/file_set.h"
+#include "tools/progress.h"
 #include "tools/solver_flags.h"
 
 DEFINE_string(sweep,
@@ -62,9 +61,7 @@ constexpr Tool kTool = {
     "             2 bad input, nothing written",
     1};
 
-void PrintError(const std::string& message) {
-  std::fprintf(stderr, "%s: %s\n", kTool.name, message.c_str());
-}
+void PrintError(const std::string& message) { progress::Error(message); }
 
 bool StudyOptionsFromFlags(StudyOptions* options, std::string* error) {
   const auto fail = [error](const char* flag, const std::string& allowed) {
@@ -121,11 +118,21 @@ int Run(int argc, char** argv) {
     std::sort(targets.rbegin(), targets.rend());
   }
   options.solver.stop = StopOnSignal();
-  if (!FLAGS_quiet && isatty(STDERR_FILENO)) {
-    options.on_run = [](const StudyRun& run, int done, int planned) {
-      std::fprintf(stderr, "%d/%d %s\n", done, planned, RunLine(run).c_str());
-    };
-  }
+  options.on_run = [](const StudyRun& run, int done, int planned, double seconds_left) {
+    const RunOutcome& outcome = run.outcome;
+    progress::Json fields = {{"run", done},
+                             {"runs", planned},
+                             {"settings", run.label},
+                             {"status", ToString(outcome.status)}};
+    if (outcome.dof >= 0) fields["dof"] = outcome.dof;
+    if (outcome.total_s >= 0.0) fields["seconds"] = outcome.total_s;
+    fields["seconds_left"] = seconds_left;
+    std::string line = std::to_string(done) + "/" + std::to_string(planned) + " " + RunLine(run);
+    if (done < planned && seconds_left >= 1.0) {
+      line += ", about " + progress::FormatDuration(seconds_left) + " left";
+    }
+    progress::Say("run", fields, line);
+  };
   Study study;
   if (!RunStudy(scene, options, &study, &error)) {
     PrintError(error);

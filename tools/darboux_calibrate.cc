@@ -14,6 +14,7 @@
 #include "solver/calibration_reader.h"
 #include "solver/calibration_results.h"
 #include "solver/file_set.h"
+#include "tools/progress.h"
 #include "tools/solver_flags.h"
 
 DEFINE_int32(bootstrap, -1, "Resamples for bootstrap intervals; -1: as the file says.");
@@ -37,9 +38,7 @@ constexpr Tool kTool = {
     "             2 bad input, nothing written",
     1};
 
-void PrintError(const std::string& message) {
-  std::fprintf(stderr, "%s: %s\n", kTool.name, message.c_str());
-}
+void PrintError(const std::string& message) { progress::Error(message); }
 
 int Run(int argc, char** argv) {
   std::vector<std::string> arguments;
@@ -69,11 +68,24 @@ int Run(int argc, char** argv) {
     return kExitBadInput;
   }
   options.solver.stop = StopOnSignal();
-  if (!FLAGS_quiet) {
-    options.on_progress = [](const std::string& line) {
-      std::fprintf(stderr, "%s\n", line.c_str());
-    };
-  }
+  progress::Watch(false, "", &options.solver);
+  // A line of its own is for what the calibration does, not for each step of each of its solves.
+  options.solver.on_step = nullptr;
+  options.on_progress = [](const std::string& line) {
+    progress::Say("progress", {{"text", line}}, line);
+  };
+  options.on_iteration = [](const CalibrationIteration& iteration) {
+    progress::Json fields = {{"iteration", iteration.iteration},
+                             {"cost", iteration.cost},
+                             {"seconds", iteration.seconds}};
+    for (const auto& [name, value] : iteration.parameters) fields[name] = value;
+    std::string line = iteration.text;
+    if (iteration.seconds_left) {
+      fields["seconds_left"] = *iteration.seconds_left;
+      line += ", about " + progress::FormatDuration(*iteration.seconds_left) + " left";
+    }
+    progress::Say("calibration_iteration", fields, line);
+  };
   CalibrationSummary summary;
   std::vector<std::unique_ptr<StateModel>> models;
   if (!Calibrate(spec, options, &summary, &models, &error)) {

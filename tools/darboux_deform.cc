@@ -19,6 +19,7 @@
 #include "solver/accuracy.h"
 #include "solver/results.h"
 #include "solver/shell_solver.h"
+#include "tools/progress.h"
 #include "tools/solver_flags.h"
 
 namespace darboux {
@@ -41,24 +42,7 @@ constexpr Tool kTool = {
     "             2 bad input, nothing written",
     1};
 
-void PrintError(const std::string& message) {
-  std::fprintf(stderr, "%s: %s\n", kTool.name, message.c_str());
-}
-
-void PrintStep(const StepReport& report) {
-  std::fprintf(stderr,
-               "step %d/%d  load %.4g  %d iterations  energy %.6e  gradient %.1e  "
-               "displacement %.4e  %.2f s%s\n",
-               report.step,
-               report.steps,
-               report.load_factor,
-               report.iterations,
-               report.energy,
-               report.relative_gradient,
-               report.max_displacement,
-               report.seconds,
-               report.converged ? "" : "  NOT CONVERGED");
-}
+void PrintError(const std::string& message) { progress::Error(message); }
 
 std::string FormatLevel(const AccuracyLevel& level) {
   char estimate[32] = "        -";
@@ -76,6 +60,13 @@ std::string FormatLevel(const AccuracyLevel& level) {
                 estimate,
                 level.seconds);
   return line;
+}
+
+void SayLevel(const AccuracyLevel& level) {
+  progress::Json fields = {{"dof", level.dof}, {"seconds", level.seconds}};
+  if (level.divisions[0] > 0) fields["divisions"] = level.divisions;
+  if (level.estimate) fields["estimated_error"] = *level.estimate;
+  progress::Say("level", fields, "level " + FormatLevel(level));
 }
 
 std::string FormatExpectation(const ExpectResult& result) {
@@ -122,19 +113,15 @@ int Run(int argc, char** argv) {
   }
 
   options.stop = StopOnSignal();
-  if (!FLAGS_quiet) options.on_step = PrintStep;
   std::unique_ptr<ShellProblem> problem;
   SolverSummary summary;
   AccuracyReport accuracy;
   const bool refines = scene.model.accuracy.has_value();
+  progress::Watch(!refines, "", &options);
   bool posed;
   if (refines) {
     AccuracyOptions accuracy_options;
-    if (!FLAGS_quiet) {
-      accuracy_options.on_level = [](const AccuracyLevel& level) {
-        std::fprintf(stderr, "level %s\n", FormatLevel(level).c_str());
-      };
-    }
+    accuracy_options.on_level = SayLevel;
     posed =
         SolveToAccuracy(scene, options, accuracy_options, &problem, &summary, &accuracy, &error);
   } else {

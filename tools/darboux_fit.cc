@@ -14,6 +14,7 @@
 
 #include "geometry/point_cloud.h"
 #include "solver/results.h"
+#include "tools/progress.h"
 #include "tools/scan_fit.h"
 #include "tools/solver_flags.h"
 
@@ -53,9 +54,7 @@ constexpr Tool kTool = {
     "             2 bad input, nothing written",
     1};
 
-void PrintError(const std::string& message) {
-  std::fprintf(stderr, "%s: %s\n", kTool.name, message.c_str());
-}
+void PrintError(const std::string& message) { progress::Error(message); }
 
 bool OptionsFromFlags(ScanFitOptions* options, std::string* error) {
   if (FLAGS_scan.empty()) {
@@ -74,6 +73,32 @@ bool OptionsFromFlags(ScanFitOptions* options, std::string* error) {
   if (options->IsValid(error)) return true;
   *error = "--" + *error;
   return false;
+}
+
+void SayIteration(const ShapeFitIteration& iteration) {
+  char line[200];
+  std::snprintf(line,
+                sizeof(line),
+                "weight %.3g  misfit %.4g  iteration %d  %s",
+                iteration.weight,
+                iteration.misfit,
+                iteration.iteration,
+                progress::FormatDuration(iteration.seconds).c_str());
+  progress::Json fields = {{"trial", iteration.trial},
+                           {"weight", iteration.weight},
+                           {"iteration", iteration.iteration},
+                           {"misfit", iteration.misfit},
+                           {"seconds", iteration.seconds}};
+  if (iteration.is_end) {
+    fields["seconds_left_at_most"] = iteration.seconds_left_at_most;
+    const std::string left =
+        ", at most about " + progress::FormatDuration(iteration.seconds_left_at_most) + " left";
+    progress::Say("weight", fields, line + left);
+  } else if (FLAGS_log == "json") {
+    progress::Say("fit_iteration", fields, "");
+  } else {
+    progress::Live(line);
+  }
 }
 
 int Run(int argc, char** argv) {
@@ -95,6 +120,8 @@ int Run(int argc, char** argv) {
     return kExitBadInput;
   }
   options.solver.stop = StopOnSignal();
+  progress::Watch(false, "", &options.solver);
+  options.on_iteration = SayIteration;
   ScanFit fit;
   if (!FitScan(scene, scan.points, FLAGS_scan, options, &fit, &error)) {
     PrintError(error);

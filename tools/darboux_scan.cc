@@ -35,6 +35,7 @@
 #include "solver/results.h"
 #include "solver/scanned_state.h"
 #include "solver/shell_solver.h"
+#include "tools/progress.h"
 #include "tools/solver_flags.h"
 
 DEFINE_int32(points, 20000, "Points of the scan, outliers included; of given points at most.");
@@ -139,9 +140,7 @@ constexpr Tool kTool = {
     "             2 bad input; nothing is written unless all is",
     1};
 
-void PrintError(const std::string& message) {
-  std::fprintf(stderr, "%s: %s\n", kTool.name, message.c_str());
-}
+void PrintError(const std::string& message) { progress::Error(message); }
 
 bool IsGiven(const char* flag) { return !gflags::GetCommandLineFlagInfoOrDie(flag).is_default; }
 
@@ -254,18 +253,6 @@ struct Target {
   std::unique_ptr<ShellProblem> problem;  // whose surface is scanned
 };
 
-void PrintStep(const StepReport& report) {
-  std::fprintf(stderr,
-               "step %d/%d  load %.4g  %d iterations  displacement %.4e  %.2f s%s\n",
-               report.step,
-               report.steps,
-               report.load_factor,
-               report.iterations,
-               report.max_displacement,
-               report.seconds,
-               report.converged ? "" : "  NOT CONVERGED");
-}
-
 // The exit status.
 int SolveScene(const std::string& file, Target* target, std::string* error) {
   Scene scene;
@@ -276,7 +263,7 @@ int SolveScene(const std::string& file, Target* target, std::string* error) {
     return kExitBadInput;
   }
   options.stop = StopOnSignal();
-  if (!FLAGS_quiet) options.on_step = PrintStep;
+  progress::Watch(!scene.model.accuracy.has_value(), "", &options);
   SolverSummary summary;
   AccuracyReport accuracy;
   const bool posed =

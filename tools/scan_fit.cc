@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "solver/scan_results.h"
-#include "solver/shape_fit.h"
 
 namespace darboux {
 namespace {
@@ -137,6 +136,7 @@ bool FitScan(const Scene& scene,
   fit_options.num_threads = options.solver.num_threads;
   fit_options.backend = options.solver.backend;
   fit_options.stop = options.solver.stop;
+  fit_options.on_iteration = options.on_iteration;
   RegistrationOptions& registration_options = fit_options.registration;
   registration_options.seed = options.seed;
   registration_options.num_threads = options.solver.num_threads;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -12,6 +13,7 @@
 #include "geometry/shell_face.h"
 #include "solver/results.h"
 #include "solver/scene.h"
+#include "solver/shape_fit.h"
 #include "solver/shell_problem.h"
 #include "solver/shell_solver.h"
 
@@ -32,7 +34,8 @@ struct ScanFitOptions {
   std::string face = "outer";        // the scanned face: outer | inner | middle
   double noise = 0.0;                // standard deviation along normals; 0: estimated
   double weight = 0.0;               // ShapeFitOptions; 0: by the discrepancy principle
-  std::uint64_t seed = 1;            // of the points drawn for the search of the pose
+  std::function<void(const ShapeFitIteration&)> on_iteration;  // fit
+  std::uint64_t seed = 1;  // of the points drawn for the search of the pose
 
   // *error: "NAME: found ...; allowed ..."
   bool IsValid(std::string* error) const;

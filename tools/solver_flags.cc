@@ -14,6 +14,7 @@
 
 #include "geometry/nearest_name.h"
 #include "solver/scene_reader.h"
+#include "tools/progress.h"
 
 DEFINE_string(out, "", "Folder for all results; created when missing.");
 DEFINE_int32(threads, 0, "Threads, 1 to 1024; 0 for as many as the machine runs at once.");
@@ -33,6 +34,9 @@ DEFINE_double(time_limit,
               0.0,
               "Seconds after which the solver stops and what it has is written; 0 for no limit.");
 DEFINE_bool(quiet, false, "Print nothing but errors.");
+DEFINE_string(log,
+              "text",
+              "text, or json: every line on stderr, progress and errors, is a JSON object.");
 DEFINE_string(sparse_backend,
               "auto",
               "Sparse factorisation: suite_sparse, eigen (slower, runs no GPL code), or auto: "
@@ -144,15 +148,17 @@ bool ParseCommandLine(const Tool& tool,
   const auto is_known = [&](const std::string& name) {
     return std::find(known.begin(), known.end(), name) != known.end();
   };
+  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   const auto fail = [&](const std::string& message) {
-    std::fprintf(stderr, "%s: %s\n", tool.name, message.c_str());
+    *exit_status = kExitBadInput;
+    const bool json = progress::AsksForJson(words);
+    progress::Error(tool.name, message, json);
+    if (json) return false;
     PrintUsage(tool, stderr);
     std::fprintf(stderr, "(--help lists the flags)\n");
-    *exit_status = kExitBadInput;
     return false;
   };
 
-  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   // Help is given whatever else the line says.
   for (const std::string& word : words) {
     if (word == "--") break;
@@ -221,6 +227,9 @@ bool ParseCommandLine(const Tool& tool,
   }
   FLAGS_logtostderr = true;
   google::InitGoogleLogging(tool.name);
+  if (FLAGS_log != "text" && FLAGS_log != "json") {
+    return fail("--log: found '" + FLAGS_log + "'; allowed text | json");
+  }
 
   if (static_cast<int>(arguments->size()) != tool.num_arguments) {
     std::string found = arguments->empty() ? "no argument" : "the arguments";
@@ -228,18 +237,21 @@ bool ParseCommandLine(const Tool& tool,
     return fail("found " + found + "; allowed exactly " + std::to_string(tool.num_arguments));
   }
   if (FLAGS_out.empty()) return fail("--out: found no folder; allowed the name of a folder");
+  progress::Start(tool.name, DARBOUX_VERSION, words);
   return true;
 }
 
 int RunTool(const Tool& tool, int (*run)(int argc, char** argv), int argc, char** argv) {
   try {
-    return run(argc, argv);
+    return progress::Done(run(argc, argv));
   } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "%s: out of memory; fewer divisions or points need less\n", tool.name);
+    progress::Error(
+        tool.name, "out of memory; fewer divisions or points need less", progress::IsJson());
   } catch (const std::exception& exception) {
-    std::fprintf(stderr, "%s: internal error: %s\n", tool.name, exception.what());
+    progress::Error(
+        tool.name, std::string("internal error: ") + exception.what(), progress::IsJson());
   }
-  return kExitNotConverged;
+  return progress::Done(kExitNotConverged);
 }
 
 bool ReadSceneWithFlags(const std::string& file, Scene* scene, std::string* error) {
@@ -248,7 +260,7 @@ bool ReadSceneWithFlags(const std::string& file, Scene* scene, std::string* erro
   if (!ReadScene(file, scene, error, options)) return false;
   if (!FLAGS_quiet) {
     for (const std::string& line : scene->surface.mended) {
-      std::fprintf(stderr, "%s\n", line.c_str());
+      progress::Say("repair", {{"text", line}}, line);
     }
   }
   return true;

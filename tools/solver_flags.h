@@ -15,6 +15,7 @@
 
 DECLARE_string(out);
 DECLARE_bool(quiet);
+DECLARE_string(log);
 
 namespace darboux {
 
@@ -36,12 +37,13 @@ struct Tool {
 // --flag and --noflag for true and false; after "--" all are arguments. True: run. False: end with
 // *exit_status; help or version are on stdout, a mistake on stderr in one line and the usage.
 // Flags known besides the tool's own: glog's v, vmodule, minloglevel, logtostderr and their kin.
-// Starts glog: warnings and errors, to stderr only, whatever the flags say.
+// Starts glog: warnings and errors, to stderr only, whatever the flags say; and progress.
 bool ParseCommandLine(
     const Tool& tool, int argc, char** argv, std::vector<std::string>* arguments, int* exit_status);
 
 // A tool's main: its Run, whose exit status it returns. The project throws nothing; the libraries
-// below it do where memory ends, which is said in one line and ends with status 1.
+// below it do where memory ends, which is said in one line and ends with status 1. The last event
+// of --log=json is its.
 int RunTool(const Tool& tool, int (*run)(int argc, char** argv), int argc, char** argv);
 
 // Reads a scene, with its mesh mended where --repair is given; prints what was mended to stderr, a

@@ -98,12 +98,14 @@ std::shared_ptr<StudyHandle> RunStudyOf(const std::shared_ptr<SceneHandle>& scen
     task->options.solver.stop = job->stop();
     if (reports) {
       const Progress events(callback, job);
-      task->options.on_run = [events](const StudyRun& run, int done, int planned) {
-        events.Post([text = RunLine(run), done, planned] {
+      task->options.on_run = [events](
+                                 const StudyRun& run, int done, int planned, double seconds_left) {
+        events.Post([text = RunLine(run), done, planned, seconds_left] {
           return py::dict(py::arg("kind") = "run",
                           py::arg("text") = text,
                           py::arg("done") = done,
-                          py::arg("planned") = planned);
+                          py::arg("planned") = planned,
+                          py::arg("seconds_left") = seconds_left);
         });
       };
     }
