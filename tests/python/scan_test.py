@@ -68,10 +68,15 @@ class Scans(Folders):
         flags = [f"--scan={points}", "--fingers=none", "--noise=0.05", "--threads=1"]
         out = self.run_tool("darboux_fit", file, *flags)
         mine = os.path.join(self.folder, "mine")
+        reports = []
         fits = [
-            self.scene.fit(what, fingers="none", noise=0.05, threads=1)
+            self.scene.fit(
+                what, fingers="none", noise=0.05, threads=1, progress=reports.append
+            )
             for what in (scan.points, points)
         ]
+        ends = [p.weight for p in reports if p.kind == "weight"]
+        self.assertEqual(ends, 2 * [trial["weight"] for trial in fits[1].summary["weights"]])
         fits[1].write(mine)
         self.assert_same_files(out, mine, but=["fit.json"])
         self.assertEqual(
@@ -119,10 +124,8 @@ class Calibrations(Folders):
     def test_a_file_gives_the_numbers_of_darboux_calibrate(self):
         file = data_file("calibration/strip_hole_calibration.yaml")
         out = self.run_tool("darboux_calibrate", file, "--threads=1")
-        lines = []
-        calibration = darboux.calibrate(
-            file, threads=1, progress=lambda p: lines.append(p.text), check=True
-        )
+        reports = []
+        calibration = darboux.calibrate(file, threads=1, progress=reports.append, check=True)
         self.assertEqual(
             without_times(calibration.summary), without_times(read_json(out, "calibration.json"))
         )
@@ -132,7 +135,10 @@ class Calibrations(Folders):
         modulus = calibration.parameters["young_modulus"]
         low, high = modulus["interval_95"]
         self.assertTrue(low < 210000 < high)
-        self.assertGreater(len(lines), 0)
+        iterations = [p for p in reports if p.kind == "calibration_iteration"]
+        self.assertEqual(len(iterations), calibration.summary["iterations"])
+        self.assertIn("young_modulus", iterations[-1].parameters)
+        self.assertTrue(all(isinstance(p.text, str) for p in reports if p.kind == "line"))
         # The state of each grasp is a result like any other.
         (state,) = calibration.states
         del calibration

@@ -86,6 +86,19 @@ std::shared_ptr<CalibrationHandle> CalibrateSpec(const py::object& file,
       task->options.on_progress = [events](const std::string& line) {
         events.Post([line] { return py::dict(py::arg("kind") = "line", py::arg("text") = line); });
       };
+      task->options.on_iteration = [events](const CalibrationIteration& iteration) {
+        events.Post([iteration] {
+          py::dict parameters;
+          for (const auto& [name, value] : iteration.parameters) parameters[name.c_str()] = value;
+          return py::dict(py::arg("kind") = "calibration_iteration",
+                          py::arg("iteration") = iteration.iteration,
+                          py::arg("cost") = iteration.cost,
+                          py::arg("parameters") = parameters,
+                          py::arg("seconds") = iteration.seconds,
+                          py::arg("seconds_left") = iteration.seconds_left,
+                          py::arg("text") = iteration.text);
+        });
+      };
     }
     CalibrationHandle& result = *task->result;
     task->posed =

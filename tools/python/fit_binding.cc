@@ -48,6 +48,7 @@ std::shared_ptr<FitHandle> Fit(const std::shared_ptr<SceneHandle>& scene,
                                const py::object& points,
                                const std::string& name,
                                const py::dict& arguments,
+                               const py::object& progress,
                                const py::object& stop) {
   struct Task {
     Scene scene;
@@ -61,8 +62,22 @@ std::shared_ptr<FitHandle> Fit(const std::shared_ptr<SceneHandle>& scene,
   task->options = OptionsOf(arguments);
   Override(arguments, &task->scene);
   task->result->scan = PointsOf(points, "scan");
-  const auto work = [task, name](Job* job) {
+  const auto work = [task, name, callback = &progress, reports = !progress.is_none()](Job* job) {
     task->options.solver.stop = job->stop();
+    if (reports) {
+      const Progress events(callback, job);
+      ReportProgress(events, &task->options.solver);
+      task->options.on_iteration = [events](const ShapeFitIteration& iteration) {
+        events.Post([iteration] {
+          return py::dict(py::arg("kind") = iteration.is_end ? "weight" : "fit_iteration",
+                          py::arg("trial") = iteration.trial,
+                          py::arg("weight") = iteration.weight,
+                          py::arg("iteration") = iteration.iteration,
+                          py::arg("misfit") = iteration.misfit,
+                          py::arg("seconds") = iteration.seconds);
+        });
+      };
+    }
     task->posed = FitScan(
         task->scene, task->result->scan, name, task->options, &task->result->fit, &task->error);
   };
@@ -136,6 +151,7 @@ void BindFit(py::module_* module) {
               py::arg("points"),
               py::arg("name"),
               py::arg("options"),
+              py::arg("progress"),
               py::arg("stop"));
 }
 

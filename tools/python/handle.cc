@@ -40,4 +40,35 @@ void Progress::Post(const MakeValues& make) const {
   });
 }
 
+void ReportProgress(const Progress& progress, SolverOptions* options) {
+  options->on_step = [progress](const StepReport& report) {
+    progress.Post([report] {
+      return py::dict(py::arg("kind") = "step",
+                      py::arg("step") = report.step,
+                      py::arg("steps") = report.steps,
+                      py::arg("load_factor") = report.load_factor,
+                      py::arg("iterations") = report.iterations,
+                      py::arg("energy") = report.energy,
+                      py::arg("relative_gradient") = report.relative_gradient,
+                      py::arg("max_displacement") = report.max_displacement,
+                      py::arg("seconds") = report.seconds,
+                      py::arg("converged") = report.converged);
+    });
+  };
+  options->on_iteration = [progress](const IterationReport& report) {
+    progress.Post([report] {
+      return py::dict(py::arg("kind") = "iteration",
+                      py::arg("method") = ToString(report.method),
+                      py::arg("step") = report.step,
+                      py::arg("steps") = report.steps,
+                      py::arg("load_factor") = report.load_factor,
+                      py::arg("iteration") = report.iteration,
+                      py::arg("total") = report.total,
+                      py::arg("energy") = report.energy,
+                      py::arg("relative_gradient") = report.relative_gradient,
+                      py::arg("seconds") = report.seconds);
+    });
+  };
+}
+
 }  // namespace darboux

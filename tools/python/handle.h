@@ -82,6 +82,9 @@ class Progress {
   Job* job_;
 };
 
+// Events "step" and "iteration" of every solve with these options.
+void ReportProgress(const Progress& progress, SolverOptions* options);
+
 }  // namespace darboux
 
 #endif  // DARBOUX_TOOLS_PYTHON_HANDLE_H_

@@ -20,8 +20,12 @@ class Progress(types.SimpleNamespace):
                  relative_gradient, max_displacement, seconds, converged
     "level"      after each lattice on the way to model.accuracy: divisions ((0, 0) on meshes), dof,
                  theory, estimate (of the relative error, or None), seconds
-    "run"        of Scene.accuracy_study: text, done, planned
-    "line"       of calibrate: text
+    "fit_iteration", "weight"  of Scene.fit, in every iteration at a weight, and at its end: trial
+                 (of weights, from 1), weight, iteration, misfit, seconds
+    "run"        of Scene.accuracy_study: text, done, planned, seconds_left (a guess)
+    "line"       of calibrate, what begins now: text
+    "calibration_iteration"  of calibrate: iteration, cost, parameters (dict), seconds, seconds_left
+                 (a guess, or None), text
 
     A progress function that returns False (not None) stops the work, as stop=... does; one that
     raises stops it, and the exception goes on to the caller.

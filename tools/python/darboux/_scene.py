@@ -351,6 +351,7 @@ class Scene(MutableMapping):
         threads: int = 0,
         time_limit: float = 0.0,
         sparse_backend: str = "auto",
+        progress: ProgressFunction = None,
         stop: Any = None,
         check: bool = False,
     ) -> Fit:
@@ -368,7 +369,7 @@ class Scene(MutableMapping):
                         seed=seed, theory=theory, threads=threads, time_limit=time_limit,
                         divisions=tuple(divisions) if divisions is not None else None,
                         sparse_backend=sparse_backend)  # fmt: skip
-        return self._fit(scan, options, stop, check)
+        return self._fit(scan, options, progress, stop, check)
 
     def register(
         self,
@@ -384,6 +385,7 @@ class Scene(MutableMapping):
         threads: int = 0,
         time_limit: float = 0.0,
         sparse_backend: str = "auto",
+        progress: ProgressFunction = None,
         stop: Any = None,
         check: bool = False,
     ) -> Fit:
@@ -400,12 +402,21 @@ class Scene(MutableMapping):
                         divisions=tuple(divisions) if divisions is not None else None,
                         threads=threads, time_limit=time_limit,
                         sparse_backend=sparse_backend)  # fmt: skip
-        return self._fit(scan, options, stop, check)
+        return self._fit(scan, options, progress, stop, check)
 
-    def _fit(self, scan: Any, options: Dict[str, Any], stop: Any, check: bool) -> Fit:
+    def _fit(
+        self,
+        scan: Any,
+        options: Dict[str, Any],
+        progress: ProgressFunction,
+        stop: Any,
+        check: bool,
+    ) -> Fit:
         points, name = points_of(scan)
         handle = self._handle()
-        fit = run(lambda: _darboux.fit(handle, points, name, options, stop), Fit)
+        fit = run(
+            lambda: _darboux.fit(handle, points, name, options, as_keywords(progress), stop), Fit
+        )
         return checked(fit, fit.converged, fit.verdict, check)
 
     def accuracy_study(
