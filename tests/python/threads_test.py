@@ -16,7 +16,7 @@ from module_util import BALL, PLATE, data_file
 def long_scene():
     """Several seconds of many iterations."""
     scene = darboux.Scene.load(data_file("tennis_ball.yaml"))
-    scene["surface"]["frequency"] = 14
+    scene["surface"]["frequency"] = 10
     return scene
 
 
@@ -35,7 +35,7 @@ class Once:
 
 
 class Interrupts(unittest.TestCase):
-    # An iteration of the long scene takes a fifth of a second alone; machines may be busy.
+    # An iteration of the long scene takes a tenth of a second alone; machines may be busy.
     SOON = 5.0
 
     def check_last_state(self, result):
