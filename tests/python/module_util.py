@@ -114,5 +114,8 @@ class Folders(unittest.TestCase):
         for name in names:
             if name in but:
                 continue
-            with open(os.path.join(one, name), "rb") as a, open(os.path.join(other, name), "rb") as b:
-                self.assertTrue(a.read() == b.read(), f"{name} differs")
+            contents = []
+            for folder in (one, other):
+                with open(os.path.join(folder, name), "rb") as stream:
+                    contents.append(stream.read())
+            self.assertTrue(contents[0] == contents[1], f"{name} differs")

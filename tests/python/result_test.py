@@ -80,7 +80,8 @@ class TheTool(Folders):
             self.assertEqual(force, history["fingers.top.normal_force"][step])
             moved = result.step(step)["probes"]["pole"]["displacement"]
             self.assertEqual(moved[2], history["probes.pole.displacement.z"][step])
-        self.assertEqual(last["fingers"]["top"]["normal_force"], result.fingers["top"]["normal_force"])
+        top = result.fingers["top"]
+        self.assertEqual(last["fingers"]["top"]["normal_force"], top["normal_force"])
         contact = result.contact()
         top = contact["finger"] == 0
         force = (contact["pressure"] * contact["area"])[top].sum()
@@ -97,9 +98,8 @@ class TheTool(Folders):
             scene, file, progress=lambda p: levels.append(p) if p.kind == "level" else None
         )
         self.assertTrue(result.summary["accuracy"]["reached"])
-        self.assertEqual(
-            [level.dof for level in levels], [e["dof"] for e in result.summary["accuracy"]["levels"]]
-        )
+        reported = result.summary["accuracy"]["levels"]
+        self.assertEqual([level.dof for level in levels], [level["dof"] for level in reported])
 
 
 class Arrays(Folders):
@@ -207,8 +207,8 @@ class Solving(unittest.TestCase):
 
         reference = ball(1.0)
         self.assertTrue(reference.converged)
-        # Powers of two change no bit. Otherwise the state is as near as the solver goes: a gradient of
-        # 1e-7 of the forces, in the softest directions.
+        # Powers of two change no bit. Otherwise the state is as near as the solver goes: a gradient
+        # of 1e-7 of the forces, in the softest directions.
         exact = ball(1 / 1024)
         self.assertTrue(np.array_equal(exact.displacement * 1024, reference.displacement))
         largest = np.abs(reference.displacement).max()

@@ -158,7 +158,7 @@ class Calibrations(Folders):
                         {
                             "points": field["points"],
                             "displacements": moved,
-                            "components": ["x", "y"] if np.all(moved[:, 2] == 0) else ["x", "y", "z"],
+                            "components": ["x", "y"] if np.all(moved[:, 2] == 0) else list("xyz"),
                         }
                     ],
                 }
@@ -239,8 +239,9 @@ class Studies(Folders):
         theirs = read_json(out, "accuracy.json")["runs"]
         self.assertEqual(errors(study.runs), errors(theirs))
         self.assertEqual(done, list(range(1, len(theirs) + 1)))
-        study.write(os.path.join(self.folder, "mine"))
-        self.assertEqual(sorted(os.listdir(out)), sorted(os.listdir(os.path.join(self.folder, "mine"))))
+        mine = os.path.join(self.folder, "mine")
+        study.write(mine)
+        self.assertEqual(sorted(os.listdir(out)), sorted(os.listdir(mine)))
 
     def test_bad_input(self):
         for options, message in [

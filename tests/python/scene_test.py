@@ -183,7 +183,7 @@ class BadInput(unittest.TestCase):
             (("steps",), 1.5, "steps: found 1.5"),
             (("surface",), {**mesh, "vertices": bad_vertices}, "surface.file: found <surface>"),
             (("surface",), {**mesh, "faces": bad_faces}, "<surface>.faces: found 12 in row 2"),
-            (("surface",), {**mesh, "faces": twice}, "surface.file: found <surface>", "repair=True"),
+            (("surface",), {**mesh, "faces": twice}, "surface.file: found <surface>", "repair=T"),
             (("surface",), {**mesh, "faces": faces * 1.0}, "<surface>.faces: ", "of integers"),
             (("surface",), {**mesh, "faces": faces[:, :2]}, "<surface>.faces: ", "shape (20, 2)"),
             (("surface",), {**mesh, "vertices": "duck"}, "<surface>.vertices: found"),

@@ -226,14 +226,13 @@ Json SummaryJson(const Solution& self) {
 py::object StepSummary(const Solution& self, int step) {
   const std::size_t index = self.StepIndex(step);
   const Scene& scene = self.problem->scene();
-  SolverSummary until = self.summary;
-  until.iteration_history.clear();
-  until.steps.resize(index + 1);
-  const LoadStep& state = until.steps.back();
+  SolverSummary alone;  // As if it were the last one.
+  alone.steps.push_back(self.summary.steps[index]);
+  const LoadStep& state = alone.steps.back();
   const auto components = [](const Eigen::Vector3d& v) {
     return Json{{"x", v.x()}, {"y", v.y()}, {"z", v.z()}};
   };
-  const Json all = MakeSummaryJson(scene, until, nullptr);
+  const Json all = MakeSummaryJson(scene, alone, nullptr);
   Json json = all["load_steps"].back();
   for (const char* key : {"fingers", "grasp", "gas", "stability"}) json[key] = all[key];
   Json& energies = json["energies"] = Json::object();

@@ -9,9 +9,10 @@
     moved = result.points + result.displacement              # (n, 3)
     result.write("out")                                      # the files of darboux_deform
 
-A scene is what a scene file says: nested dicts, lists, numbers and texts, with numpy arrays wherever
-lists or meshes are meant. data/README.md lists all keys. It is checked by the reader of scene files,
-so that a mistake is an InputError which names the key, what was found and what is allowed.
+A scene is what a scene file says: nested dicts, lists, numbers and texts, with numpy arrays
+wherever lists or meshes are meant. data/README.md lists all keys. It is checked by the reader of
+scene files, so that a mistake is an InputError which names the key, what was found and what is
+allowed.
 
 Scene               what is solved: load it or build it, change it, solve it
 Result              numbers, fields and files of a solved scene
@@ -24,8 +25,8 @@ NotConverged        raised where check=True and a solution has not converged
 
 Units: any consistent system, the scene's own; results are in the same. Angles are in radians.
 Arrays: float64 or int32, C order; they own their memory and outlive what they came from. Symmetric
-tensors are (11, 22, 12) in the orthonormal frame (t1, t2) of the rest surface, t1 along its u-lines,
-component 12 the tensor's own (half the engineering shear).
+tensors are (11, 22, 12) in the orthonormal frame (t1, t2) of the rest surface, t1 along its
+u-lines, component 12 the tensor's own (half the engineering shear).
 
 Threads: all long work runs without Python's global lock, so that other threads go on and several
 can solve at once. A `progress` function is called in the thread that called solve(). Ctrl-C ends a

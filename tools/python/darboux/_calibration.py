@@ -149,9 +149,10 @@ def calibrate(
              Scene or a dict, a scan (n, 3) points or a Scan, {"file": points, "registered": True}
              one whose pose is known, and a field {"points": (n, 3), "displacements": (n, 3), ...}:
 
+        reading = {"finger": "top", "value": 14.6, "error": 0.1}
+        grasp = {"scene": scene, "travel": 4, "scans": [points], "forces": [reading]}
         darboux.calibrate({"name": "ball", "parameters": {"young_modulus": {}}, "noise": 0.127,
-                           "grasps": [{"scene": scene, "travel": 4, "scans": [points],
-                                       "forces": [{"finger": "top", "value": 14.6, "error": 0.1}]}]})
+                           "grasps": [grasp]})
 
     folder:  of files that a dict names; None: the current one
     bootstrap: resamples for bootstrap intervals, instead of what the file says

@@ -13,9 +13,10 @@ T = TypeVar("T")
 class Progress(types.SimpleNamespace):
     """What a `progress` function is called with, soon after it happened. `kind` says what it is:
 
-    "iteration"  in every iteration: method ("linear", "mixed", "ceres", "cg", "path"), step (from 1)
-                 of steps, load_factor under way to, iteration (from 0 in every solution), total,
-                 energy and relative_gradient of the state it starts from, seconds since the beginning
+    "iteration"  in every iteration: method ("linear", "mixed", "ceres", "cg", "path"), step (from
+                 1) of steps, load_factor under way to, iteration (from 0 in every solution), total,
+                 energy and relative_gradient of the state it starts from, seconds since the
+                 beginning
     "step"       after each load step: step of steps, load_factor, iterations, energy,
                  relative_gradient, max_displacement, seconds, converged
     "level"      after each lattice on the way to model.accuracy: divisions ((0, 0) on meshes), dof,

@@ -56,7 +56,8 @@ class Result:
     by m triangles: those of shell.vtu. Those of the final state are attributes, read-only arrays:
 
     points                     (n, 3) rest positions
-    triangles                  (m, 3) int32 rows of points, counterclockwise seen from the normal's side
+    triangles                  (m, 3) int32 rows of points, counterclockwise seen from the side
+                               that the normal points to
     uv                         (n, 2) parameters; 0 on meshes
     principal_curvatures       (n, 2) of the rest surface, kappa_1 >= kappa_2, 1/length
     principal_direction_1      (n, 3) unit tangent of its first line of curvature
@@ -68,7 +69,8 @@ class Result:
     bending_strain             (n, 3) change of curvature, 11, 22, 12, 1/length; > 0 where the
                                curvature towards the normal grows
     membrane_force             (n, 3) stress resultants 11, 22, 12, force/length
-    moment                     (n, 3) 11, 22, 12, force; > 0 compresses the face on the normal's side
+    moment                     (n, 3) 11, 22, 12, force; > 0 compresses the face that the normal
+                               points out of
     von_mises_top, _bottom     (n,) force/length^2, at the faces half the thickness along +n and -n
     energy_density             (n,) energy/length^2, the sum of
     membrane_energy_density, bending_energy_density
@@ -124,7 +126,8 @@ class Result:
     def step(self, step: int = -1) -> Dict[str, Any]:
         """The numbers of a load step (0 .. num_steps - 1, or from the end): factor, iterations,
         converged, energy, energies of each effect, relative_gradient, max_displacement, stability,
-        probes, fingers, grasp, gas and supports, named as in summary.json; vectors are (3,) arrays."""
+        probes, fingers, grasp, gas and supports, named as in summary.json; vectors are (3,)
+        arrays."""
         return with_arrays(self._solution.step_summary(step))
 
     @functools.cached_property
@@ -138,8 +141,8 @@ class Result:
 
     @property
     def fingers(self) -> Dict[str, Any]:
-        """By name, in the final state: force (3,) on the finger, normal_force, travel, contact_area,
-        largest_pressure, penetration, indentation, normal (3,), center (3,), stiffness (change of
+        """By name, in the final state: force (3,) on the finger, normal_force, travel,
+        contact_area, largest_pressure, penetration, indentation, normal (3,), center (3,), stiffness (change of
         its force along its direction by its travel), friction_cone, ...; data/README.md has all."""
         return self._last["fingers"]
 
@@ -183,7 +186,7 @@ class Result:
     triangles = _Field("_rest", "(m, 3) int32 rows of points.")
     uv = _Field("_rest", "(n, 2) parameters; 0 on meshes.")
     principal_curvatures = _Field("_rest", "(n, 2) of the rest surface, 1/length.")
-    principal_direction_1 = _Field("_rest", "(n, 3) unit tangent of the first line of curvature, at rest.")
+    principal_direction_1 = _Field("_rest", "(n, 3) unit tangent of a line of curvature, at rest.")
     displacement = _Field("_final", "(n, 3) length, final state.")
     normal = _Field("_final", "(n, 3) unit normal of the deformed middle surface, final state.")
     membrane_strain = _Field("_final", "(n, 3) components 11, 22, 12, final state.")
@@ -272,10 +275,10 @@ class Result:
         noise:    standard deviation along the view ray, a length
         bias:     root mean square of a smooth error, a length; bias_length: its correlation length
                   (0: a quarter of the extent); bias_along: "normal" or "ray"
-        outliers: part of the points that is wrong, spike_share of them shifted along their rays by up
-                  to spike_size extents, the others anywhere in the bounding box times outlier_box
-        motion:   "random": the scanner's frame is turned by up to max_angle degrees and shifted by up
-                  to max_translation extents; "none"
+        outliers: part of the points that is wrong, spike_share of them shifted along their rays by
+                  up to spike_size extents, the others anywhere in the bounding box times outlier_box
+        motion:   "random": the scanner's frame is turned by up to max_angle degrees and shifted by
+                  up to max_translation extents; "none"
         views:    number of viewpoints around the shell (0: everything is seen), view_distance half
                   diagonals of the bounding box away; or (k, 3) viewpoints
         grazing:  largest angle between normal and ray at which a point is seen, degrees

@@ -33,8 +33,8 @@ class Scene(MutableMapping):
                       probes=[{"name": "centre", "at": {"uv": [0.5, 0.5]}}])
         scene["shell"]["thickness"] = 0.02
 
-    numpy arrays and numbers count as lists and numbers. A surface of kind mesh, and a finger's shape
-    of kind mesh, may have arrays instead of a file:
+    numpy arrays and numbers count as lists and numbers. A surface of kind mesh, and a finger's
+    shape of kind mesh, may have arrays instead of a file:
 
         {"kind": "mesh", "vertices": (n, 3) floats, "faces": (m, 3) integers, rows of vertices}
 
@@ -229,8 +229,8 @@ class Scene(MutableMapping):
         return handle
 
     def check(self) -> None:
-        """InputError where the scene is none that can be read: keys, types, values, mesh files. What
-        only solving can tell (a rigid motion that nothing holds) is told there."""
+        """InputError where the scene is none that can be read: keys, types, values, mesh files.
+        What only solving can tell (a rigid motion that nothing holds) is told there."""
         self._handle()
 
     @property
@@ -307,16 +307,17 @@ class Scene(MutableMapping):
         gradient_tolerance: a step has converged when |gradient| <= this * (|loads| + |reactions|)
         sparse_backend: "auto", "suite_sparse", "eigen" (slower, runs no GPL code)
         start:       a result on the same mesh, from whose final state the nonlinear theory starts:
-                     saves iterations in sweeps. A state that depends on the way (friction, buckling)
-                     may then be another one
+                     saves iterations in sweeps. A state that depends on the way (friction,
+                     buckling) may then be another one, and with friction squeeze_work counts the
+                     way from there alone
         progress:    called with a Progress (see there) after each load step and iteration
         stop:        an object with is_set(), as threading.Event; set, it stops the solve
         check:       raise NotConverged (its `result` is the state) where it has not converged
 
-        Without check a solve that has not converged, was stopped or ran out of time is no exception:
-        `converged` of the result is False and `message` says why; its fields are those of the last
-        state. InputError: bad input. KeyboardInterrupt (Ctrl-C): has the last state as its attribute
-        `result`, unless a factorisation kept the solver from answering for 5 seconds.
+        Without check a solve that has not converged, was stopped or ran out of time is no
+        exception: `converged` of the result is False and `message` says why; its fields are those of
+        the last state. InputError: bad input. KeyboardInterrupt (Ctrl-C): has the last state as its
+        attribute `result`, unless a factorisation kept the solver from answering for 5 seconds.
         """
         handle = self._handle()
         options = given(
