@@ -7,7 +7,6 @@
 #include <set>
 #include <vector>
 
-#include "solver/file_set.h"
 #include "solver/format.h"
 #include "solver/svg_plot.h"
 
@@ -323,15 +322,17 @@ std::string StudyReport(const Study& study) {
   return text;
 }
 
-bool WriteStudy(const std::string& folder, const Study& study, std::string* error) {
-  if (!MakeFolder(folder, error)) return false;
-  FileSet files(folder);
-  return files.Add("accuracy.csv", MakeAccuracyCsv(study), error) &&
-         files.Add(
-             "accuracy.json",
-             MakeAccuracyJson(study).dump(2, ' ', false, Json::error_handler_t::replace) + "\n",
-             error) &&
-         files.Add("accuracy.svg", MakeAccuracySvg(study), error) && files.Commit(error);
+bool WriteStudy(const std::string& folder,
+                const Study& study,
+                std::string* error,
+                const std::vector<NamedFile>& more) {
+  std::vector<NamedFile> files = {
+      {"accuracy.csv", MakeAccuracyCsv(study)},
+      {"accuracy.json",
+       MakeAccuracyJson(study).dump(2, ' ', false, Json::error_handler_t::replace) + "\n"},
+      {"accuracy.svg", MakeAccuracySvg(study)}};
+  files.insert(files.end(), more.begin(), more.end());
+  return WriteFiles(folder, files, error);
 }
 
 }  // namespace darboux

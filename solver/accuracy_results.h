@@ -3,8 +3,10 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "solver/accuracy_study.h"
+#include "solver/results.h"
 
 namespace darboux {
 
@@ -23,8 +25,12 @@ std::string RunLine(const StudyRun& run);
 // Table, notes, reference, cheapest settings.
 std::string StudyReport(const Study& study);
 
-// accuracy.csv, accuracy.json and accuracy.svg, all or none of them; false and *error.
-bool WriteStudy(const std::string& folder, const Study& study, std::string* error);
+// accuracy.csv, accuracy.json and accuracy.svg, and those of `more`, all or none of them; false and
+// *error.
+bool WriteStudy(const std::string& folder,
+                const Study& study,
+                std::string* error,
+                const std::vector<NamedFile>& more = {});
 
 }  // namespace darboux
 

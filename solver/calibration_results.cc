@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "solver/file_set.h"
 #include "solver/results.h"
 
 namespace darboux {
@@ -153,7 +152,8 @@ bool WriteCalibration(const std::string& folder,
                       const CalibrationSpec& spec,
                       const CalibrationSummary& summary,
                       const std::vector<std::unique_ptr<StateModel>>& models,
-                      std::string* error) {
+                      std::string* error,
+                      const MoreFiles& more) {
   if (!MakeFolder(folder, error)) return false;
   for (size_t g = 0; g < models.size(); ++g) {
     const std::string part = folder + "/grasp_" + std::to_string(g + 1);
@@ -171,9 +171,11 @@ bool WriteCalibration(const std::string& folder,
       if (!WritePointCloud(name, cloud, {"registered by darboux_calibrate"}, error)) return false;
     }
   }
-  FileSet files(folder);
-  return files.Add("calibration.json", MakeCalibrationJson(spec, summary).dump(2) + "\n", error) &&
-         files.Commit(error);
+  const Json json = MakeCalibrationJson(spec, summary);
+  std::vector<NamedFile> files;
+  if (more) files = more(json);
+  files.push_back({"calibration.json", json.dump(2) + "\n"});
+  return WriteFiles(folder, files, error);
 }
 
 }  // namespace darboux

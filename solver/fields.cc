@@ -129,16 +129,20 @@ OutputMesh MakeOutputMesh(const ShellSurface& surface) {
   // A corner is the pair of its number with itself, the middle of an edge that of its two ends: the
   // surface knows what a seam joins, and which elements are half as large as their neighbours.
   std::map<std::pair<int, int>, int> index;
+  struct Node {
+    int point = -1;  // -1: there is none
+    std::array<double, 2> place{};
+  };
   for (int e = 0; e < surface.num_elements(); ++e) {
     const auto add = [&](int from, int to, double s, double t) {
       const auto [it, is_new] =
           index.insert({std::minmax({from, to}), static_cast<int>(mesh.points.size())});
       if (is_new) mesh.points.push_back({e, s, t});
-      return it->second;
+      return Node{it->second, {s, t}};
     };
-    std::array<int, 3> corner, middle;
-    // In the middle of the first and second half of an edge; -1: the edge is not cut there.
-    std::array<std::array<int, 2>, 3> quarter;
+    std::array<Node, 3> corner, middle;
+    // In the middle of the first and second half of an edge, where the edge is cut there.
+    std::array<std::array<Node, 2>, 3> quarter;
     for (int k = 0; k < 3; ++k) {
       corner[k] = add(surface.Corner(e, k), surface.Corner(e, k), kCorner[k][0], kCorner[k][1]);
     }
@@ -154,32 +158,36 @@ OutputMesh MakeOutputMesh(const ShellSurface& surface) {
       };
       if (hanging < 0) {
         middle[k] = at(0.5, a, b);
-        quarter[k] = {-1, -1};
       } else {
         middle[k] = at(0.5, hanging, hanging);
         quarter[k] = {at(0.25, a, hanging), at(0.75, hanging, b)};
       }
     }
+    const auto push = [&](const Node& a, const Node& b, const Node& c) {
+      mesh.triangles.push_back({a.point, b.point, c.point});
+      mesh.elements.push_back(e);
+      mesh.places.push_back({a.place, b.place, c.place});
+    };
     for (int k = 0; k < 3; ++k) {
       // The part at a corner: corner, p, middle, other middle, q.
       const int last = (k + 2) % 3;
-      const int a = corner[k], b = middle[k], c = middle[last];
-      const int p = quarter[k][0], q = quarter[last][1];
-      if (p < 0 && q < 0) {
-        mesh.triangles.push_back({a, b, c});
-      } else if (q < 0) {
-        mesh.triangles.push_back({a, p, c});
-        mesh.triangles.push_back({p, b, c});
-      } else if (p < 0) {
-        mesh.triangles.push_back({a, b, q});
-        mesh.triangles.push_back({b, c, q});
+      const Node &a = corner[k], &b = middle[k], &c = middle[last];
+      const Node &p = quarter[k][0], &q = quarter[last][1];
+      if (p.point < 0 && q.point < 0) {
+        push(a, b, c);
+      } else if (q.point < 0) {
+        push(a, p, c);
+        push(p, b, c);
+      } else if (p.point < 0) {
+        push(a, b, q);
+        push(b, c, q);
       } else {
-        mesh.triangles.push_back({a, p, q});
-        mesh.triangles.push_back({p, b, q});
-        mesh.triangles.push_back({b, c, q});
+        push(a, p, q);
+        push(p, b, q);
+        push(b, c, q);
       }
     }
-    mesh.triangles.push_back({middle[0], middle[1], middle[2]});
+    push(middle[0], middle[1], middle[2]);
   }
   return mesh;
 }

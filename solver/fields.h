@@ -64,6 +64,9 @@ ShellFields EvaluateFields(const ShellProblem& problem, const ElementPoint& at);
 struct OutputMesh {
   std::vector<ElementPoint> points;
   std::vector<std::array<int, 3>> triangles;  // counterclockwise seen from the side of n
+  // Of each triangle: its element, elements in order, and the places (s, t) of its corners there.
+  std::vector<int> elements;
+  std::vector<std::array<std::array<double, 2>, 3>> places;
 };
 OutputMesh MakeOutputMesh(const ShellSurface& surface);
 

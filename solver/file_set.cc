@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
@@ -85,6 +86,12 @@ bool FileSet::Commit(std::string* error) {
       *error = (fs::path(folder_) / name).string() + ": cannot be replaced: " + code.message();
       return false;
     }
+  }
+  for (const std::string& name : outdated_) {
+    if (std::find(names_.begin(), names_.end(), name) != names_.end()) continue;
+    std::error_code ignored;
+    if (fs::is_directory(fs::path(folder_) / name, ignored)) continue;
+    fs::remove(fs::path(folder_) / name, ignored);
   }
   return true;
 }

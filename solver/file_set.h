@@ -28,6 +28,8 @@ class FileSet {
 
   // False and *error ("FOLDER/NAME: ...") where it cannot be written.
   bool Add(const std::string& name, const std::string& content, std::string* error);
+  // Commit removes a file of this name that an earlier run has left, unless it is added.
+  void Outdate(const std::string& name) { outdated_.push_back(name); }
   // Replaces files of these names.
   bool Commit(std::string* error);
 
@@ -35,7 +37,7 @@ class FileSet {
   std::string Part(const std::string& name) const;
 
   std::string folder_;
-  std::vector<std::string> names_;
+  std::vector<std::string> names_, outdated_;
   std::size_t num_committed_ = 0;
 };
 

@@ -259,16 +259,19 @@ bool Grasp::FindTouch(const ShellSurface& surface, Finger* finger, std::string* 
 void Grasp::AddPatches(const ShellSurface& surface, int index, std::vector<Patch>* patches) const {
   const Finger& finger = fingers_[index];
   const ContactFinger& contact = finger.contact;
-  const auto add = [&](int element, const std::vector<StrainPoint>& points) {
-    patches->push_back(
-        {element, index, std::make_shared<const ContactPoints>(ContactPoints::From(points))});
-  };
+  const auto add =
+      [&](int element, const std::vector<StrainPoint>& points, std::vector<ElementPoint> places) {
+        patches->push_back({element,
+                            index,
+                            std::make_shared<const ContactPoints>(ContactPoints::From(points)),
+                            std::move(places)});
+      };
   if (finger.spec->shape == FingerSpec::Shape::kPin) {
     const ElementPoint at = surface.ClosestPoint(Vector(finger.spec->position));
     StrainPoint point = surface.MakePoint(at);
     const double size = ElementSize(at.element);
     point.area = 0.5 * size * size;
-    add(at.element, {point});
+    add(at.element, {point}, {at});
     return;
   }
   // Elements on the finger's way, with what the other fingers may push towards it.
@@ -296,10 +299,12 @@ void Grasp::AddPatches(const ShellSurface& surface, int index, std::vector<Patch
       if (nearest > size + way + radius) parts = std::min(parts, 2);
     }
     std::vector<StrainPoint> points;
+    std::vector<ElementPoint> places;
     for (const TrianglePoint& p : SubdividedRule(parts)) {
-      points.push_back(surface.MakePoint({e, p.s, p.t}, p.weight));
+      places.push_back({e, p.s, p.t});
+      points.push_back(surface.MakePoint(places.back(), p.weight));
     }
-    add(e, points);
+    add(e, points, std::move(places));
   }
 }
 
@@ -360,6 +365,7 @@ std::unique_ptr<Grasp> Grasp::Create(const Scene& scene,
     block.element = patch.element;
     block.finger = patch.finger;
     block.first = first;
+    block.places = patch.places;
     const int driven = grasp->fingers_[patch.finger].driven;
     if (driven >= 0) block.travel = &grasp->state_.travels[driven];
     block.contact =
@@ -903,6 +909,7 @@ std::vector<ContactPointReport> Grasp::ReportPoints(double force_unit) const {
       ContactPointReport report;
       report.finger = block.finger;
       report.element = block.element;
+      report.at = block.places[q];
       report.position = state.position;
       report.normal = state.normal;
       report.gap = state.gap;

@@ -49,6 +49,7 @@ struct FingerReport {
 struct ContactPointReport {
   int finger = 0;
   int element = 0;
+  ElementPoint at;                                     // of the middle surface
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // deformed
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // of the finger, towards the shell
   double gap = 0.0;
@@ -93,9 +94,10 @@ class Grasp {
     int element = 0;
     int finger = 0;
     FingerContact* contact = nullptr;
-    Friction* friction = nullptr;  // null: frictionless
-    int first = 0;                 // of its points in the state
-    double* travel = nullptr;      // last parameter of both, of a finger that a force drives
+    Friction* friction = nullptr;      // null: frictionless
+    int first = 0;                     // of its points in the state
+    double* travel = nullptr;          // last parameter of both, of a finger that a force drives
+    std::vector<ElementPoint> places;  // of the contact's points
   };
   const std::vector<Block>& blocks() const { return blocks_; }
   // At the points of a block, in the present state; none of friction without friction.
@@ -240,6 +242,7 @@ class Grasp {
   struct Patch {
     int element, finger;
     std::shared_ptr<const ContactPoints> points;
+    std::vector<ElementPoint> places;
   };
   void AddPatches(const ShellSurface& surface, int finger, std::vector<Patch>* patches) const;
   // Per finger: has friction, but no normal force for it yet.

@@ -62,9 +62,13 @@ void LoadStepping::SettleGrasp(const MixedIteration::Options& options,
                                bool fine,
                                MixedIteration::Summary* summary) {
   Grasp* const grasp = problem_->grasp();
-  const auto again = [&](const MixedIteration::Options& again_options) {
+  const auto again = [&](MixedIteration::Options again_options) {
+    again_options.has_factor = true;
     const MixedIteration::Summary more = mixed_->Solve(again_options);
     summary->iterations += more.iterations;
+    summary->chords += more.chords;
+    summary->chord_s += more.chord_s;
+    summary->iteration_s += more.iteration_s;
     summary->factorisations += more.factorisations;
     summary->limited += more.limited;
     summary->scaled += more.scaled;
@@ -130,6 +134,13 @@ MixedIteration::Options LoadStepping::MixedOptions() const {
   return options;
 }
 
+void LoadStepping::CountChords(const MixedIteration::Summary& summary) {
+  chords_ += summary.chords;
+  if (summary.iterations == 0) return;
+  const double gain = summary.iteration_s / summary.iterations * summary.chords - summary.chord_s;
+  saved_s_ += std::max(0.0, gain);
+}
+
 bool LoadStepping::AdvanceMixed(double target, Result* result) {
   const MixedIteration::Options options = MixedOptions();
   Grasp* const grasp = problem_->grasp();
@@ -180,9 +191,11 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
       LookForSnap(options, &summary);
     }
     result->iterations += summary.iterations;
+    CountChords(summary);
     std::ostringstream line;
     line << "mixed iteration to load factor " << factor << ": " << summary.iterations
          << " iterations, " << summary.factorisations << " factorisations";
+    if (summary.chords > 0) line << ", " << summary.chords << " steps with a factor at hand";
     if (summary.limited > 0) line << ", " << summary.limited << " steps limited";
     if (summary.scaled > 0) line << ", " << summary.scaled << " with scaled stress";
     if (!summary.converged) line << "; " << summary.message;
@@ -199,7 +212,7 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
       }
       Accept();
       good_.travel_rate = travel_rate_;
-      if (summary.iterations <= kFewIterations) step *= 2.0;
+      if (summary.iterations + summary.chords <= kFewIterations) step *= 2.0;
       continue;
     }
     step *= kCut;
@@ -245,6 +258,9 @@ void LoadStepping::LookForSnap(const MixedIteration::Options& options,
     MixedIteration::Summary one = mixed_->Solve(options);
     if (one.converged) SettleGrasp(options, false, &one);
     summary->iterations += one.iterations;
+    summary->chords += one.chords;
+    summary->chord_s += one.chord_s;
+    summary->iteration_s += one.iteration_s;
     summary->factorisations += one.factorisations;
     *state = Present();
     state->travel_rate = DrivenTravelRate();
@@ -318,6 +334,7 @@ bool LoadStepping::AdvanceFromStart(double factor, Result* result) {
   MixedIteration::Summary summary = mixed_->Solve(options);
   if (grasp != nullptr) SettleGrasp(options, true, &summary);
   result->iterations += summary.iterations;
+  CountChords(summary);
   std::ostringstream line;
   line << "from the given start: " << summary.iterations << " iterations, ";
   const double found = energy();

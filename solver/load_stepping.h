@@ -58,6 +58,11 @@ class LoadStepping {
   // factor.
   const std::optional<double>& limit_factor() const { return limit_factor_; }
 
+  // Steps that took a factor at hand, and about how many seconds that has saved: what as many
+  // iterations with matrices of their own would have taken more.
+  int chords() const { return chords_; }
+  double saved_s() const { return saved_s_; }
+
   // Load factor of the last good state.
   double good_factor() const { return good_.factor; }
   MixedIteration& mixed() { return *mixed_; }
@@ -79,6 +84,7 @@ class LoadStepping {
   void Accept();
   void Restore(const State& state);
   bool AdvanceMixed(double factor, Result* result);
+  void CountChords(const MixedIteration::Summary& summary);
   // Multipliers of contact and lagged friction, with as many more iterations as they need, after
   // the first solution at a load factor.
   void SettleGrasp(const MixedIteration::Options& options,
@@ -105,6 +111,8 @@ class LoadStepping {
   Deadline deadline_;
   std::vector<std::string>* decisions_;
   std::unique_ptr<MixedIteration> mixed_;
+  int chords_ = 0;
+  double saved_s_ = 0.0;
   double travel_rate_ = -1.0;  // DrivenTravelRate after LookForSnap
   std::optional<double> limit_factor_;
   std::unique_ptr<GraspQuality> quality_;

@@ -1,6 +1,7 @@
 #include "solver/mixed_iteration.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -17,6 +18,11 @@ namespace {
 // to 16, an open hemisphere 6 to 8; steps without second order 14 to 36, 37, 8 to 14 and 10 to 19.
 constexpr double kMaxRotation = 1.0;
 constexpr double kMaxBend = 0.75;
+
+// A step that reduces the gradient to this part or less, and turns the surface by no more than this
+// (rad), is followed by a chord.
+constexpr double kChord = 0.1;
+constexpr double kChordRotation = 5e-3;
 
 // Sticking is as sharp as it should be again, however a solve ends.
 struct StickGuard {
@@ -87,6 +93,7 @@ void MixedIteration::SettleSupports() {
 }
 
 bool MixedIteration::FactorizePositive(double part_of_means) {
+  has_factor_ = false;
   if (!analysed_) cholesky_->Analyze(tangent_.matrix());
   analysed_ = true;
   if (problem_->has_gas() || problem_->grasp() != nullptr) {
@@ -131,6 +138,9 @@ MixedIteration::Summary MixedIteration::Inflate(const Options& options) {
     problem_->SetGasCharge(part);
     const Summary one = Solve(options);
     summary.iterations += one.iterations;
+    summary.chords += one.chords;
+    summary.chord_s += one.chord_s;
+    summary.iteration_s += one.iteration_s;
     summary.factorisations += one.factorisations;
     summary.limited += one.limited;
     summary.scaled += one.scaled;
@@ -170,13 +180,26 @@ bool MixedIteration::Bend(double rotation, const UnilateralStep* contact, Eigen:
 
 MixedIteration::Summary MixedIteration::Solve(const Options& options) {
   Summary summary;
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point begin = Clock::now();
   Eigen::VectorXd gradient;
-  TangentStiffness::Request first, again;
+  TangentStiffness::Request first, again;  // the gradient alone: often it is all that is needed
   double energy = 0.0;
   first.gradient = &gradient;
   if (options.on_iteration) first.energy = &energy;
-  first.matrix = again.matrix = true;
-  first.initial_stresses = again.initial_stresses = &stresses_;
+  again.matrix = true;
+  again.initial_stresses = &stresses_;
+  has_factor_ = has_factor_ && options.has_factor;
+  double rotation = 0.0;  // of the last step
+  // Where the last step was a chord: what it started from.
+  struct Before {
+    Eigen::Matrix3Xd displacements;
+    std::vector<double> multipliers;
+    TangentStiffness::StressField stresses;
+    Grasp::State grasp;
+    double relative_gradient = 0.0;
+  };
+  std::unique_ptr<Before> chord;
   Eigen::VectorXd step;
   // A step into a state whose strains are undefined is halved, this often at most.
   constexpr int kMaxHalvings = 10;
@@ -192,7 +215,27 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
   double previous = std::numeric_limits<double>::infinity();
   while (true) {
     std::string error = "the strains are undefined";
-    if ((grasp != nullptr && !grasp->Close(&error)) || !tangent_.Evaluate(first)) {
+    if (summary.iterations + summary.chords > 0) {
+      const Clock::time_point now = Clock::now();
+      (chord != nullptr ? summary.chord_s : summary.iteration_s) +=
+          std::chrono::duration<double>(now - begin).count();
+      begin = now;
+    }
+    bool defined = (grasp == nullptr || grasp->Close(&error)) && tangent_.Evaluate(first);
+    if (chord != nullptr &&
+        (!defined || !(RelativeGradient(gradient) <= kChord * chord->relative_gradient))) {
+      // As if it had not been.
+      problem_->displacements() = chord->displacements;
+      problem_->SetMultipliers(chord->multipliers);
+      stresses_ = chord->stresses;
+      if (grasp != nullptr) grasp->SetState(chord->grasp);
+      chord.reset();
+      has_factor_ = false;
+      --summary.chords;
+      defined = (grasp == nullptr || grasp->Close(&error)) && tangent_.Evaluate(first);
+    }
+    chord.reset();
+    if (!defined) {
       if (summary.iterations == 0 || halvings >= kMaxHalvings) {
         summary.message = error;
         return summary;
@@ -221,8 +264,9 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       summary.relative_gradient = RelativeGradient(gradient);
     }
     if (options.on_iteration) {
-      options.on_iteration(
-          summary.iterations, problem_->force_unit() * energy, summary.relative_gradient);
+      options.on_iteration(summary.iterations + summary.chords,
+                           problem_->force_unit() * energy,
+                           summary.relative_gradient);
     }
     const double before = previous;
     previous = summary.relative_gradient;
@@ -236,19 +280,49 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       summary.message = "stopped";
       return summary;
     }
-    if (summary.iterations >= options.max_iterations) {
+    // Farther away the fingers are not what their tangent planes are; of chords, which are short,
+    // nothing is that far.
+    const auto make_contact = [&](double reach, const std::vector<int>* in_matrix) {
+      return std::make_unique<UnilateralStep>(*grasp, tangent_, cholesky_.get(), reach, in_matrix);
+    };
+    std::unique_ptr<UnilateralStep> contact;
+    bool is_chord = has_factor_ && stick == 1.0 &&
+                    (summary.iterations + summary.chords == 0 ||
+                     (summary.relative_gradient <= kChord * before && rotation <= kChordRotation));
+    if (is_chord && grasp != nullptr) {
+      contact = make_contact(problem_->material().thickness, &factor_contact_);
+      is_chord = contact->is_valid();
+    }
+    if (is_chord) {
+      chord = std::make_unique<Before>();
+      chord->displacements = problem_->displacements();
+      chord->multipliers = problem_->multipliers();
+      chord->stresses = stresses_;
+      if (grasp != nullptr) chord->grasp = grasp->state();
+      chord->relative_gradient = summary.relative_gradient;
+      ++summary.chords;
+    } else if (summary.iterations >= options.max_iterations) {
       std::ostringstream text;
       text << "relative gradient " << summary.relative_gradient << " after " << summary.iterations
            << " mixed iterations";
       summary.message = text.str();
       return summary;
+    } else {
+      ++summary.iterations;
     }
-    ++summary.iterations;
-
-    ++summary.factorisations;
-    bool factorised = false;
+    bool factorised = is_chord;
+    if (!is_chord) {
+      ++summary.factorisations;
+      again.stress_factor = 1.0;
+      if (!tangent_.Evaluate(again)) {
+        summary.message = error;
+        return summary;
+      }
+    }
     double part_of_means = 1.0;
-    if (grasp != nullptr && !problem_->mean_conditions().empty()) {
+    if (is_chord) {
+      // As it is.
+    } else if (grasp != nullptr && !problem_->mean_conditions().empty()) {
       // What bounds the steps of a shell that fingers do not hold yet must not slow down the last;
       // but a motion that nothing resists at all needs more, or rounding decides.
       for (const double least : {1e-8, 1e-3, 1.0}) {
@@ -271,18 +345,21 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       summary.message = "the stiffness matrix is singular or nearly so";
       return summary;
     }
+    has_factor_ = true;
     step = cholesky_->Solve(-gradient);
-    std::unique_ptr<UnilateralStep> contact;
     if (grasp != nullptr) {
-      // Farther away the fingers are not what their tangent planes are.
-      const double reach = std::min(tangent_.Expand(step).colwise().norm().maxCoeff(),
-                                    problem_->material().thickness);
-      contact = std::make_unique<UnilateralStep>(*grasp, tangent_, cholesky_.get(), reach);
+      if (!is_chord) {
+        const double reach = std::min(tangent_.Expand(step).colwise().norm().maxCoeff(),
+                                      problem_->material().thickness);
+        contact = make_contact(reach, nullptr);
+        factor_contact_ = contact->Contact();
+      }
       contact->Correct(&step);
       // Friction begins with the normal forces of this step, which is not taken: it slides, while
       // what a finger touches sticks until the forces there say otherwise.
-      if (summary.iterations == 1 && grasp->BeginFriction(contact->Forces(step))) {
+      if (summary.iterations == 1 && !is_chord && grasp->BeginFriction(contact->Forces(step))) {
         stick = kEasiestStick;
+        has_factor_ = false;
         continue;
       }
     }
@@ -296,7 +373,7 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
     // balance the loads, while those of a part would keep what the last steps have stretched too
     // far, and its stiffness with it.
     // The linear theory knows no rotation.
-    double rotation = problem_->nonlinear() ? tangent_.LargestRotation(step) : 0.0;
+    rotation = problem_->nonlinear() ? tangent_.LargestRotation(step) : 0.0;
     if (rotation > kMaxRotation) {
       step *= kMaxRotation / rotation;
       rotation = kMaxRotation;

@@ -13,6 +13,8 @@
 #include <system_error>
 #include <utility>
 
+#include "solver/base64.h"
+#include "solver/contact_pressure.h"
 #include "solver/fields.h"
 #include "solver/file_set.h"
 
@@ -66,23 +68,6 @@ bool IsLittleEndian() {
   unsigned char first;
   std::memcpy(&first, &one, 1);
   return first == 1;
-}
-
-std::string Base64(const std::string& bytes) {
-  constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    const size_t count = std::min<size_t>(3, bytes.size() - i);
-    std::uint32_t group = 0;
-    for (size_t k = 0; k < 3; ++k) {
-      group = group << 8 | (k < count ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-    }
-    for (size_t k = 0; k < 4; ++k) {
-      text += k <= count ? kDigits[group >> (18 - 6 * k) & 63] : '=';
-    }
-  }
-  return text;
 }
 
 template <typename T>
@@ -244,6 +229,8 @@ class StateWriter {
            "<PointData Vectors=\"displacement\" Normals=\"normal\">\n" + arrays + rest_fields_ +
            "</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
   }
+
+  const OutputMesh& mesh() const { return mesh_; }
 
   // The contents of deformed.ply.
   std::string Ply(const Eigen::Matrix3Xd& displacements) const {
@@ -705,10 +692,12 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
   }
   json["free_motions"] = summary.free_motions;
   json["decisions"] = summary.decisions;
+  json["kept_factors"] = summary.kept_factors;
   if (accuracy != nullptr) json["accuracy"] = ToJson(*accuracy);
   json["time_s"] = {{"setup", summary.setup_s},
                     {"solve", summary.solve_s},
                     {"output", 0.0},
+                    {"saved_by_kept_factors", summary.kept_factors_saved_s},
                     {"total", summary.setup_s + summary.solve_s}};
   MarkNotFinite(ReplaceNonFinite(&json), " numbers of summary.json are not finite", &json);
   return json;
@@ -730,6 +719,7 @@ bool WriteFiles(const std::string& folder,
                 std::string* error) {
   if (!MakeFolder(folder, error)) return false;
   FileSet set(folder);
+  set.Outdate("report.html");  // of an earlier run
   for (const NamedFile& file : files) {
     if (!set.Add(file.name, file.content, error)) return false;
   }
@@ -741,7 +731,8 @@ bool WriteResults(const std::string& folder,
                   const SolverSummary& summary,
                   const AccuracyReport* accuracy,
                   Results* results,
-                  std::string* error) {
+                  std::string* error,
+                  const MoreFiles& more) {
   const Clock::time_point start = Clock::now();
   *results = Results();
   if (!MakeFolder(folder, error)) return false;
@@ -755,7 +746,13 @@ bool WriteResults(const std::string& folder,
   std::string final_vtu;
   for (size_t i = 0; i < summary.steps.size(); ++i) {
     const LoadStep& step = summary.steps[i];
-    std::string vtu = writer.Vtu(step.displacements, step.mode, step.factor, &num_not_finite);
+    std::vector<ExtraField> extra;
+    if (!scene.fingers.empty()) {
+      extra.push_back({"contact_pressure",
+                       MakeContactPressure(problem.surface(), writer.mesh(), step.contact_points)});
+    }
+    std::string vtu =
+        writer.Vtu(step.displacements, step.mode, step.factor, &num_not_finite, extra);
     if (!files.Add(StepName(static_cast<int>(i) + 1), vtu, error)) return false;
     if (step.displacements.allFinite()) {
       final_state = &step.displacements;
@@ -781,6 +778,12 @@ bool WriteResults(const std::string& folder,
   results->converged = json["converged"].get<bool>();
   json["expect"] = MakeExpectJson(results->expectations);
   const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  files.Outdate("report.html");  // of an earlier run
+  if (more) {
+    for (const NamedFile& file : more(json)) {
+      if (!files.Add(file.name, file.content, error)) return false;
+    }
+  }
   // Last, so that whoever waits for it finds the others complete.
   if (!files.Add("summary.json", text, error) || !files.Commit(error)) return false;
   RemoveOtherSteps(folder, files.names());

@@ -1,6 +1,7 @@
 #ifndef DARBOUX_SOLVER_RESULTS_H_
 #define DARBOUX_SOLVER_RESULTS_H_
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -75,21 +76,27 @@ struct NamedFile {
 };
 bool WriteFiles(const std::string& folder, const std::vector<NamedFile>& files, std::string* error);
 
+// More files to go with the others, made of the contents of summary.json.
+using MoreFiles = std::function<std::vector<NamedFile>(const nlohmann::ordered_json& summary)>;
+
 // Writes what was solved into a folder, created when missing:
 //
 //   summary.json    MakeSummaryJson, `expect`, times
 //   shell_0001.vtu  one per load step: VTK unstructured grid of triangles over the rest surface,
 //   ...             every element cut in four, with the displacement and the fields of
-//                   solver/fields.h (same units and frames) at its points
+//                   solver/fields.h (same units and frames) at its points; with fingers also
+//                   contact_pressure (solver/contact_pressure.h)
 //   shell.vtu       the final state
 //   shell.pvd       the list of the steps, the load factor as time; opens in ParaView
 //   deformed.ply    the final state: deformed points, normals, triangles
 //   history.csv     a row per load step; columns are named like the paths into summary.json
+//   and those of `more`, where it is given
 //
 // All files appear together, under temporary names (NAME.part) until the last one is complete;
-// shell_NNNN.vtu of an earlier run with more steps are removed. Where the final state is not
-// finite, the last one that is stands for it. Values that are not finite are written as 0 in
-// files of fields and left out in history.csv; summary.json then says so and is not converged.
+// shell_NNNN.vtu of an earlier run with more steps and its report.html are removed. Where the final
+// state is not finite, the last one that is stands for it. Values that are not finite are written
+// as 0 in files of fields and left out in history.csv; summary.json then says so and is not
+// converged.
 //
 // False and *error, and the folder's earlier results as they were, where a file cannot be written.
 // `accuracy` may be null.
@@ -98,7 +105,8 @@ bool WriteResults(const std::string& folder,
                   const SolverSummary& summary,
                   const AccuracyReport* accuracy,
                   Results* results,
-                  std::string* error);
+                  std::string* error,
+                  const MoreFiles& more = nullptr);
 
 }  // namespace darboux
 

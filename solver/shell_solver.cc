@@ -377,6 +377,10 @@ std::string SolverSummary::FullReport() const {
       << max_membrane_strain << ", rotation " << max_rotation << " rad\n";
   for (const std::string& motion : free_motions) out << "  free: " << motion << "\n";
   for (const std::string& decision : decisions) out << "  " << decision << "\n";
+  if (kept_factors > 0) {
+    out << "  " << kept_factors << " steps took the matrix and factor of the one before: about "
+        << kept_factors_saved_s << " s saved\n";
+  }
   if (!steps.empty()) {
     for (const FingerReport& finger : steps.back().fingers) {
       out << "  finger " << finger.name << ": travel " << finger.travel << ", normal force "
@@ -647,6 +651,8 @@ bool Solve(const Scene& scene,
       }
       if (!converged) break;
     }
+    summary->kept_factors = stepping.chords();
+    summary->kept_factors_saved_s = stepping.saved_s();
   }
   summary->solve_s += Since(start) - solve_start;
   NoteGaps(summary);

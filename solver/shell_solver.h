@@ -122,6 +122,10 @@ struct SolverSummary {
   std::vector<IterationReport> iteration_history;  // all of them, those of failed steps too
   std::vector<std::string> decisions;              // what the solver chose and why, one line each
   double setup_s = 0.0, solve_s = 0.0;
+  // Steps of the nonlinear theory that took the matrix and factor of the one before, and about how
+  // much time that has saved.
+  int kept_factors = 0;
+  double kept_factors_saved_s = 0.0;
 
   bool IsConverged() const { return termination == Termination::kConverged; }
   bool IsSolutionUsable() const { return !steps.empty(); }

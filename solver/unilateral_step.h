@@ -28,12 +28,19 @@ namespace darboux {
 // back.
 class UnilateralStep {
  public:
-  // cholesky: has factorised K at the present state of the grasp. All must outlive this. reach: of
-  // points without contact, those as near to a finger as this can be taken up.
+  // cholesky: has factorised K, at the present state of the grasp or, where given, with the points
+  // `in_matrix` in contact (by their index in the grasp's state, ascending). All must outlive this.
+  // reach: of points without contact, those as near to a finger as this can be taken up.
   UnilateralStep(const Grasp& grasp,
                  const TangentStiffness& tangent,
                  SparseCholesky* cholesky,
-                 double reach);
+                 double reach,
+                 const std::vector<int>* in_matrix = nullptr);
+
+  // Points in contact now, as in_matrix.
+  std::vector<int> Contact() const;
+  // False where a point of in_matrix has gone beyond the reach: the factor does not serve.
+  bool is_valid() const { return is_valid_; }
 
   // *step: of K; becomes that of the model above. Returns the number of points that changed.
   int Correct(Eigen::VectorXd* step);
@@ -48,24 +55,31 @@ class UnilateralStep {
  private:
   struct Point {
     Grasp::ContactRow row;
-    bool on, was_on;
-    int column = -1;  // of solved_; -1: none
+    bool on, in_matrix, pushes;  // in the step's model, in K, at the present state
+    int column = -1;             // of solved_; -1: none
   };
   double Along(const Point& point, const Eigen::Matrix3Xd& displacements) const;
-  // Columns for all points that are not as they were, and the small matrix of those. False where
-  // they are too many.
+  // Columns for all points that are not as in K or not as at the present state, and the small
+  // matrix of those. False where they are too many.
   bool Prepare();
-  // Adds K^-1 C sign(d) x to *step, x one per changed point.
+  // Adds K^-1 C x to *step, x one per changed point.
   void AddColumns(const Eigen::VectorXd& x, Eigen::VectorXd* step) const;
+  // (1 + D W)^-1 D x
+  Eigen::VectorXd Small(Eigen::VectorXd x) const;
+  // D: of a point, what the model has more of its c c^T than K.
+  static double Added(const Point& point) {
+    return (point.on ? 1.0 : 0.0) - (point.in_matrix ? 1.0 : 0.0);
+  }
 
   const TangentStiffness& tangent_;
   SparseCholesky* cholesky_;
   std::vector<Point> points_;
   std::vector<int> changed_;
-  Eigen::MatrixXd columns_;  // c_q of the points that have a column
-  Eigen::MatrixXd solved_;   // K^-1 c_q
-  Eigen::MatrixXd gram_;     // columns_^T solved_
-  Eigen::PartialPivLU<Eigen::MatrixXd> small_;
+  Eigen::MatrixXd columns_;                     // c_q of the points that have a column
+  Eigen::MatrixXd solved_;                      // K^-1 c_q
+  Eigen::MatrixXd gram_;                        // columns_^T solved_
+  Eigen::PartialPivLU<Eigen::MatrixXd> small_;  // 1 + D W
+  bool is_valid_ = true;
 };
 
 }  // namespace darboux

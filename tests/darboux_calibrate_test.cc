@@ -37,6 +37,7 @@ using Eigen::Vector3d;
 using Json = nlohmann::ordered_json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 // A ball between two fingers; mm, N, MPa. Its modulus is a guess, half of the truth below.
@@ -487,7 +488,11 @@ TEST_F(DarbouxCalibrateTest, HelpNamesWhatItDoes) {
               AllOf(HasSubstr("CALIBRATION.yaml"),
                     HasSubstr("calibration.json"),
                     HasSubstr("\n  --bootstrap"),
-                    HasSubstr("exit status")));
+                    HasSubstr("\nEXIT STATUS\n")));
+  // Scenes of a calibration are read as they are.
+  EXPECT_THAT(Stdout(), Not(HasSubstr("--repair")));
+  EXPECT_EQ(Run({"x.yaml", "--repair"}), 2);
+  EXPECT_THAT(Stderr(), HasSubstr("unknown flag"));
 }
 
 }  // namespace

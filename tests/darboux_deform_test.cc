@@ -126,7 +126,7 @@ TEST_F(DarbouxDeformTest, HelpShowsTheToolsOwnFlagsOnly) {
   for (const char* help : {"--help", "-help", "--h", "-h"}) {
     EXPECT_EQ(Run({"--nonsense", help}), 0) << help;
     const std::string text = Stdout();
-    EXPECT_THAT(text, HasSubstr("usage: darboux_deform SCENE.yaml --out=DIR"));
+    EXPECT_THAT(text, HasSubstr("SYNOPSIS\n  darboux_deform SCENE.yaml --out=DIR"));
     for (const char* flag : {"--out",
                              "--threads",
                              "--theory",

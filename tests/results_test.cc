@@ -366,6 +366,7 @@ TEST_F(ResultsTest, SummaryHasTheKeysOfTheContractInItsOrder) {
                           "stability",
                           "free_motions",
                           "decisions",
+                          "kept_factors",
                           "time_s",
                           "expect"));
   for (const char* effect :

@@ -12,31 +12,66 @@
 
 #include "solver/calibration.h"
 #include "solver/calibration_reader.h"
+#include "solver/calibration_report.h"
 #include "solver/calibration_results.h"
 #include "solver/file_set.h"
+#include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/solver_flags.h"
 
-DEFINE_int32(bootstrap, -1, "Resamples for bootstrap intervals; -1: as the file says.");
+DEFINE_int32(bootstrap,
+             -1,
+             "solver | N | >= 0; default: as the file says | Resamples of points and readings for "
+             "bootstrap intervals; 0: none.");
 
 namespace darboux {
 namespace {
 
+constexpr HelpItem kArguments[] = {
+    {"CALIBRATION.yaml",
+     "Lists scenes, what was measured of each (scans, forces of fingers, fields of displacements) "
+     "and what is asked for; data/README.md, Calibration, has all keys. Files in it are relative "
+     "to it; one system of units in all of them."}};
+
+constexpr HelpItem kFiles[] = {
+    {"calibration.json",
+     "values, 95 % intervals, verdicts, correlations, sensitivities, distances of the scans"},
+    {"grasp_K/", "scene K in the calibrated state, with the files that darboux_deform writes"},
+    {"grasp_K/scan_S.ply", "its scans, registered to the shell"},
+    {"report.html", "with --report: shapes, numbers and plots in one file, for any browser"}};
+
+constexpr HelpItem kExitStatuses[] = {
+    {"0", "converged, and every parameter that is asked for is identified"},
+    {"1",
+     "not converged or interrupted, a scan that matches nothing, or a parameter that the "
+     "measurements do not tell (calibration.json says which), or results cannot be written"},
+    {"2", "bad input: one line on stderr says where and what is allowed; nothing is written"}};
+
+constexpr HelpItem kExamples[] = {
+    {"darboux_calibrate data/calibration/ball_4mm.yaml --out=ball",
+     "Young's modulus of a squeezed ball from a scan and one force:"},
+    {"darboux_calibrate data/calibration/strip_hole_calibration.yaml \\\n"
+     "  --bootstrap=20 --out=strip",
+     "Young's modulus and Poisson's ratio of a pulled strip from a field of displacements, with "
+     "bootstrap intervals:"}};
+
 constexpr Tool kTool = {
     "darboux_calibrate",
     "CALIBRATION.yaml --out=DIR [flags]",
-    "Young's modulus and, where asked, gas pressure, thickness and Poisson's ratio of a shell "
-    "from\n"
-    "scans, force readings and fields of displacements of its measured states. Writes\n"
-    "calibration.json into DIR, and a folder grasp_K with the results of each scene in the\n"
-    "calibrated state.\n"
-    "\n"
-    "exit status: 0 converged, every parameter that is asked for is identified\n"
-    "             1 not converged or interrupted, a scan that matches nothing, or a parameter "
-    "that\n"
-    "               the measurements do not tell; calibration.json says which\n"
-    "             2 bad input, nothing written",
-    1};
+    "Finds Young's modulus and, where asked, gas pressure, thickness and Poisson's ratio of a "
+    "shell from scans, force readings and fields of displacements of its measured states: values, "
+    "95 % intervals, and a verdict where the measurements do not tell.\n\n"
+    "Flags that override the scene hold for all scenes. Progress goes to stderr, a report to "
+    "stdout.",
+    1,
+    "finds the material of a shell from measured grasps",
+    kArguments,
+    kFiles,
+    kExitStatuses,
+    "The first SIGINT (Ctrl-C) or SIGTERM stops the calibration; what there is is written, marked "
+    "as not converged, and the exit status is 1. The second one ends the process.",
+    kExamples,
+    /*without_flags=*/"repair"};
 
 void PrintError(const std::string& message) { progress::Error(message); }
 
@@ -95,13 +130,23 @@ int Run(int argc, char** argv) {
   for (const std::unique_ptr<StateModel>& model : models) {
     if (!model->Settle(&error)) PrintError(error);
   }
-  if (!WriteCalibration(FLAGS_out, spec, summary, models, &error)) {
+  MoreFiles more;
+  if (FLAGS_report) {
+    more = [&](const nlohmann::ordered_json& json) {
+      return std::vector<NamedFile>{
+          {kReportFile,
+           MakeReportHtml(MakeCalibrationReport(kTool.name, spec, summary, models, json))}};
+    };
+  }
+  if (!WriteCalibration(FLAGS_out, spec, summary, models, &error, more)) {
     PrintError(error);
     return kExitNotConverged;
   }
   if (!FLAGS_quiet) {
     std::printf("%s: %s", spec.name.c_str(), summary.FullReport().c_str());
-    std::printf("results in %s: calibration.json\n", FLAGS_out.c_str());
+    std::printf("results in %s: calibration.json%s\n",
+                FLAGS_out.c_str(),
+                FLAGS_report ? ", report.html" : "");
     std::fflush(stdout);
   }
   exit_status = kExitDone;

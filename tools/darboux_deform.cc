@@ -17,30 +17,66 @@
 #include <vector>
 
 #include "solver/accuracy.h"
+#include "solver/report_view.h"
 #include "solver/results.h"
 #include "solver/shell_solver.h"
+#include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/solver_flags.h"
 
 namespace darboux {
 namespace {
 
+constexpr HelpItem kArguments[] = {
+    {"SCENE.yaml",
+     "Surface, shell, supports, loads, fingers, gas, path and probes; data/README.md has all keys. "
+     "Any consistent system of units. Files in it are relative to it."}};
+
+constexpr HelpItem kFiles[] = {
+    {"summary.json", "what is on and why, energies, probes, fingers, reactions, stability, times"},
+    {"shell.pvd", "all load steps, for ParaView"},
+    {"shell.vtu", "the last state: displacements, strains, stresses, curvatures, normals"},
+    {"shell_NNNN.vtu", "the same of each load step"},
+    {"deformed.ply", "the deformed surface as a triangle mesh"},
+    {"history.csv", "one row per load step"},
+    {"contact.csv",
+     "of scenes with fingers: of each load step a row for every point in contact, its place, "
+     "pressure and friction"},
+    {"report.html", "with --report: shape, numbers and plots in one file, for any browser"}};
+
+constexpr HelpItem kExitStatuses[] = {
+    {"0", "converged, and every expectation of the scene holds"},
+    {"1",
+     "not converged or interrupted (the last state is written and marked), an expectation fails, "
+     "model.accuracy is not reached, or results cannot be written"},
+    {"2", "bad input: one line on stderr says where and what is allowed; nothing is written"}};
+
+constexpr HelpItem kExamples[] = {
+    {"darboux_deform data/pinched_cylinder.yaml --out=pinched",
+     "A pinched cylinder; open pinched/shell.pvd in ParaView:"},
+    {"darboux_deform data/nonlinear_plate_p50.yaml --divisions=32,32 --out=plate",
+     "A plate that bends by more than its thickness, on a finer lattice:"},
+    {"darboux_deform data/tennis_ball_patches.yaml --threads=1 --time_limit=60 \\\n"
+     "  --quiet --out=ball",
+     "A ball under two patches of force, on one thread, for at most a minute:"}};
+
 constexpr Tool kTool = {
     "darboux_deform",
     "SCENE.yaml --out=DIR [flags]",
-    "Solves a scene: deforms its shell under its loads. Writes summary.json, shell.vtu, "
-    "shell.pvd,\n"
-    "shell_NNNN.vtu (one per load step), deformed.ply and history.csv into DIR. With\n"
-    "model.accuracy in the scene the divisions are doubled until the estimated error is within "
-    "it.\n"
-    "Flags that override the scene do not change its expectations: these are evaluated as they\n"
-    "stand.\n"
-    "\n"
-    "exit status: 0 converged, every expectation of the scene holds\n"
-    "             1 not converged or interrupted (the last state is written and marked), an\n"
-    "               expectation fails, or the accuracy is not reached\n"
-    "             2 bad input, nothing written",
-    1};
+    "Solves a scene: the displacements of a thin shell under its loads, fingers and gas are those "
+    "of least potential energy on a Loop subdivision surface. One line per load step goes to "
+    "stderr, a report to stdout.\n\n"
+    "With model.accuracy in the scene the divisions are refined until the estimated error is "
+    "within it. Flags that override the scene do not change its expectations: these are evaluated "
+    "as they stand, and decide about the exit status.",
+    1,
+    "computes how a thin shell deforms",
+    kArguments,
+    kFiles,
+    kExitStatuses,
+    "The first SIGINT (Ctrl-C) or SIGTERM stops the solver; what it has reached is written, marked "
+    "as not converged, and the exit status is 1. The second one ends the process.",
+    kExamples};
 
 void PrintError(const std::string& message) { progress::Error(message); }
 
@@ -133,8 +169,15 @@ int Run(int argc, char** argv) {
   }
 
   Results results;
+  MoreFiles more;
+  if (FLAGS_report) {
+    more = [&](const nlohmann::ordered_json& json) {
+      return std::vector<NamedFile>{
+          {kReportFile, MakeReportHtml(MakeSceneReport(kTool.name, *problem, summary, json))}};
+    };
+  }
   if (!WriteResults(
-          FLAGS_out, *problem, summary, refines ? &accuracy : nullptr, &results, &error)) {
+          FLAGS_out, *problem, summary, refines ? &accuracy : nullptr, &results, &error, more)) {
     PrintError(error);
     return kExitNotConverged;
   }
@@ -151,9 +194,10 @@ int Run(int argc, char** argv) {
     for (const ExpectResult& result : results.expectations) {
       std::printf("  expect %s\n", FormatExpectation(result).c_str());
     }
-    std::printf("results in %s: %zu files, summary.json, shell.pvd (ParaView)\n",
+    std::printf("results in %s: %zu files, summary.json, shell.pvd (ParaView)%s\n",
                 FLAGS_out.c_str(),
-                results.files.size());
+                results.files.size(),
+                FLAGS_report ? ", report.html (browser)" : "");
     std::fflush(stdout);
   }
 

@@ -14,45 +14,98 @@
 
 #include "geometry/point_cloud.h"
 #include "solver/results.h"
+#include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/scan_fit.h"
 #include "tools/solver_flags.h"
 
-DEFINE_string(scan, "", "The scan: .csv, .ply, .obj, .stl or .off, in the scene's unit of length.");
+DEFINE_string(scan,
+              "",
+              "input | FILE | .csv, .txt, .xyz, .ply, .obj, .stl or .off; required | The scan, in "
+              "the scene's unit of length.");
+DEFINE_string(face,
+              "outer",
+              "input | FACE | outer, inner or middle | The scanned face; outer is along the "
+              "normals.");
+DEFINE_double(noise,
+              0.0,
+              "input | LENGTH | >= 0, the scene's unit; default: 0, estimated | Standard deviation "
+              "of the scan along normals.");
+
 DEFINE_string(mode,
               "fit",
-              "fit: deforms the shell; register: only finds the pose and the distances.");
-DEFINE_string(
-    fingers,
-    "",
-    "fit: scene, the start and what fills holes is the scene's own equilibrium; none, the "
-    "shell at rest, fingers and loads are not known. Default: scene where it has any.");
-DEFINE_string(against, "deformed", "register: deformed, the scene's equilibrium, or rest.");
+              "fit | MODE | fit or register | fit: deforms the shell; register: only finds the "
+              "pose and the distances.");
+DEFINE_string(fingers,
+              "",
+              "fit | FINGERS | scene or none; default: scene where it has any | scene: the start, "
+              "and what fills holes, is the scene's own equilibrium; none: the shell at rest, "
+              "fingers and loads are not known.");
+DEFINE_double(weight,
+              0.0,
+              "fit | W | >= 0, no unit; default: 0, by the discrepancy principle | Weight of the "
+              "elastic energy.");
+
+DEFINE_string(against,
+              "deformed",
+              "registration | SHAPE | deformed or rest | With --mode=register: the scene's "
+              "equilibrium, or its shell at rest.");
 DEFINE_string(method,
               "robust",
-              "register: robust, or undeformed_first, the pose from where the shell hardly moved.");
+              "registration | METHOD | robust or undeformed_first | With --mode=register; "
+              "undeformed_first: the pose is from where the shell hardly moved.");
 DEFINE_double(undeformed_part,
               0.05,
-              "undeformed_first: what moved by less than this part of the largest displacement.");
-DEFINE_string(face, "outer", "The scanned face: outer (along normals), inner or middle.");
-DEFINE_double(noise, 0.0, "Standard deviation of the scan along normals; 0: estimated.");
-DEFINE_double(weight, 0.0, "Of the energy, without unit; 0: by the discrepancy principle.");
-DEFINE_int32(seed, 1, "Of the points drawn for the search of the pose.");
+              "registration | PART | in (0, 1], no unit | Of undeformed_first: what moved by less "
+              "than this part of the largest displacement.");
+DEFINE_int32(seed,
+             1,
+             "registration | SEED | any integer | Of the points drawn for the search of the pose.");
 
 namespace darboux {
 namespace {
 
+constexpr HelpItem kArguments[] = {
+    {"SCENE.yaml", "The scene, as of darboux_deform, whose shell was scanned."}};
+
+constexpr HelpItem kFiles[] = {
+    {"fit.json", "pose, verdict, weight, misfit and statistics of the distances"},
+    {"shell.vtu", "the fitted shell with the error map scan_distance, and scan_coverage"},
+    {"deformed.ply", "the fitted surface as a triangle mesh"},
+    {"scan_registered.ply", "the scan in the shell's frame, with a distance at each point"},
+    {"report.html", "with --report: shapes, numbers and plots in one file, for any browser"}};
+
+constexpr HelpItem kExitStatuses[] = {
+    {"0", "done"},
+    {"1",
+     "the scan does not match, not converged or interrupted (what there is is written and "
+     "marked), or results cannot be written"},
+    {"2", "bad input: one line on stderr says where and what is allowed; nothing is written"}};
+
+constexpr HelpItem kExamples[] = {
+    {"darboux_fit data/calibration/ball.yaml \\\n"
+     "  --scan=data/calibration/ball_4mm_scan.csv --fingers=none --out=fit",
+     "A squeezed ball from a scan alone, its fingers not known:"},
+    {"darboux_fit data/calibration/ball.yaml \\\n"
+     "  --scan=data/calibration/ball_4mm_scan.csv --mode=register --out=error",
+     "How far the computed shape is from the scan:"}};
+
 constexpr Tool kTool = {
     "darboux_fit",
     "SCENE.yaml --scan=FILE --out=DIR [flags]",
-    "Fits the deformation of a scene's shell to a scan of it, registration included: distances to\n"
-    "the scan and elastic energy, which fills what the scan does not show. Writes fit.json,\n"
-    "shell.vtu (with the error map scan_distance), deformed.ply and scan_registered.ply into DIR.\n"
-    "\n"
-    "exit status: 0 done\n"
-    "             1 the scan does not match, or not converged (results are written and marked)\n"
-    "             2 bad input, nothing written",
-    1};
+    "Fits the deformation of a scene's shell to a scan of it, registration included: distances to "
+    "the scan and elastic energy, which fills what the scan does not show. --mode=register only "
+    "finds the pose and the distances.\n\n"
+    "Options of the solver are those of the scene's own equilibrium, but for --threads and "
+    "--sparse_backend, which the fit shares.",
+    1,
+    "fits the deformation of a shell to a scan of it",
+    kArguments,
+    kFiles,
+    kExitStatuses,
+    "The first SIGINT (Ctrl-C) or SIGTERM stops the fit; what there is is written, marked as not "
+    "converged, and the exit status is 1. The second one ends the process.",
+    kExamples};
 
 void PrintError(const std::string& message) { progress::Error(message); }
 
@@ -127,14 +180,21 @@ int Run(int argc, char** argv) {
     PrintError(error);
     return kExitBadInput;
   }
-  const std::vector<NamedFile> files = ScanFitFiles(fit, scan.points);
+  std::vector<NamedFile> files = ScanFitFiles(fit, scan.points);
+  if (FLAGS_report) {
+    const Report page = MakeFitReport(fit, scan.points);
+    files.push_back({kReportFile, MakeReportHtml(page)});
+  }
   if (!WriteFiles(FLAGS_out, files, &error)) {
     PrintError(error);
     return kExitNotConverged;
   }
   if (!FLAGS_quiet) {
     std::printf("%s: %s", scene.name.c_str(), fit.report.c_str());
-    std::printf("results in %s: %zu files, fit.json\n", FLAGS_out.c_str(), files.size());
+    std::printf("results in %s: %zu files, fit.json%s\n",
+                FLAGS_out.c_str(),
+                files.size(),
+                FLAGS_report ? ", report.html" : "");
     std::fflush(stdout);
   }
   if (fit.converged) return kExitDone;

@@ -28,89 +28,118 @@
 #include "geometry/mesh_io.h"
 #include "geometry/point_cloud.h"
 #include "geometry/scan_simulator.h"
+#include "geometry/shell_face.h"
 #include "geometry/surface_of_revolution.h"
 #include "geometry/text_file.h"
 #include "solver/accuracy.h"
 #include "solver/file_set.h"
+#include "solver/report_view.h"
 #include "solver/results.h"
+#include "solver/scan_results.h"
 #include "solver/scanned_state.h"
 #include "solver/shell_solver.h"
+#include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/solver_flags.h"
 
-DEFINE_int32(points, 20000, "Points of the scan, outliers included; of given points at most.");
-DEFINE_int32(seed, 1, "Of all that is random, >= 0. The same seed gives the same scan.");
 DEFINE_string(unit,
               "",
-              "Unit of length of the scene or file: um, mm, cm, m or in. Required for the default "
-              "of --noise; nothing else depends on it.");
-DEFINE_double(noise,
-              -1.0,
-              "Standard deviation of Gaussian noise along the view ray, >= 0, in the unit of the "
-              "scene or file. Without it 0.127 mm.");
-DEFINE_double(bias,
-              0.0,
-              "Root mean square of a smooth error, >= 0, in the unit of the scene or file.");
-DEFINE_double(bias_length,
-              0.0,
-              "Its correlation length, in the same unit; 0 for a quarter of the extent.");
-DEFINE_string(bias_along, "normal", "normal or ray: the way it shifts points.");
-DEFINE_double(outliers, 0.0, "Part of the points that is wrong, 0 to 1.");
-DEFINE_double(spike_share,
-              0.5,
-              "Part of these that are spikes, shifted along their rays; the others are strays, "
-              "anywhere in an enlarged bounding box.");
-DEFINE_double(spike_size, 0.05, "Longest spike, in extents (diagonals of the bounding box).");
-DEFINE_double(outlier_box, 1.5, "Enlargement of the bounding box for strays.");
-DEFINE_string(motion,
-              "random",
-              "random or none: whether the scanner's frame is another one than the model's.");
-DEFINE_double(max_angle, 180.0, "Largest rotation of a random motion, degrees, 0 to 180.");
-DEFINE_double(max_translation, 1.0, "Largest shift of a random motion, in extents.");
-DEFINE_int32(views,
-             8,
-             "Viewpoints around the surface, 0 to 1000; 0: everything is seen, and rays are "
-             "normals.");
-DEFINE_string(views_file,
-              "",
-              "File of viewpoints, in the model's frame, read like a point cloud, in place of "
-              "--views.");
-DEFINE_double(view_distance,
-              5.0,
-              "Of --views from the centre of the bounding box, in halves of its diagonal.");
-DEFINE_double(grazing,
-              75.0,
-              "Largest angle between normal and ray at which a point is seen, degrees, above 0, "
-              "to 90.");
-DEFINE_string(sampling,
-              "area",
-              "area: random points, uniform by area; vertices: those of a mesh file, or of the "
-              "mesh of deformed.ply for a scene, seen ones. Such a scan.ply has faces.");
-DEFINE_int32(state, 0, "Load step of the scene to scan, from 1; 0 for the last.");
+              "input | UNIT | um, mm, cm, m or in; required without --noise | Unit of length of "
+              "the scene or file. Only the default of --noise depends on it.");
+DEFINE_int32(state, 0, "input | K | >= 1; default: 0, the last | Load step of the scene to scan.");
 DEFINE_double(thickness,
               -1.0,
-              "Says that a file holds the middle surface of a shell this thick, whose outer face "
-              "lies half of it outside; 0: the file is the face. Without it that of --scene, or "
-              "0.");
+              "input | LENGTH | >= 0, the file's unit; default: that of --scene, or 0 | Says that "
+              "a file holds the middle surface of a shell this thick, whose outer face lies half "
+              "of it outside; 0: the file is the face.");
 DEFINE_string(scene,
               "",
-              "With a file: the scene it belongs to. Gives fingers, each moved along its direction "
-              "until it touches the face, and the thickness.");
+              "input | FILE | .yaml; default: none | With a file: the scene it belongs to. Gives "
+              "fingers, each moved along its direction until it touches the face, and the "
+              "thickness.");
 DEFINE_string(faces,
               "",
-              "With a file of points: a mesh whose vertices are these points, in their order, "
-              "wherever it has them itself. Gives the triangles.");
+              "input | FILE | .ply, .obj, .stl or .off; default: none | With a file of points: a "
+              "mesh whose vertices are these points, in their order, wherever it has them itself. "
+              "Gives the triangles.");
 DEFINE_int32(revolve,
              0,
-             "With a .csv, .txt or .xyz file of points in the half plane y = 0, x >= 0, in order "
-             "along a profile: turns it about the z axis into a mesh of this many meridians, 3 to "
-             "10000. Of an open one the outside is away from the axis where z falls along it.");
+             "input | N | 3 to 10000 meridians; default: 0, off | With a .csv, .txt or .xyz file "
+             "of points in the half plane y = 0, x >= 0, in order along a profile: turns it about "
+             "the z axis into a mesh. Of an open one the outside is away from the axis where z "
+             "falls along it.");
+
+DEFINE_int32(points,
+             20000,
+             "sampling | N | 1 to 10000000 | Points of the scan, outliers included; of given "
+             "points at most.");
+DEFINE_string(sampling,
+              "area",
+              "sampling | SAMPLING | area or vertices | area: random points, uniform by area; "
+              "vertices: those of a mesh file, or of the mesh of deformed.ply for a scene, seen "
+              "ones. Such a scan.ply has faces.");
+DEFINE_int32(views,
+             8,
+             "sampling | N | 0 to 1000 | Viewpoints around the surface; 0: everything is seen, and "
+             "rays are normals.");
+DEFINE_string(views_file,
+              "",
+              "sampling | FILE | a point file; default: none | Viewpoints, in the model's frame, "
+              "in place of --views.");
+DEFINE_double(view_distance,
+              5.0,
+              "sampling | FACTOR | > 0, in halves of the bounding box's diagonal | Of --views from "
+              "the centre of the bounding box.");
+DEFINE_double(grazing,
+              75.0,
+              "sampling | ANGLE | in (0, 90] degrees | Largest angle between normal and ray at "
+              "which a point is seen.");
+DEFINE_int32(seed, 1, "sampling | SEED | >= 0 | Of all that is random.");
+
+DEFINE_double(noise,
+              -1.0,
+              "errors | LENGTH | >= 0, unit of the scene or file; default: 0.127 mm | Standard "
+              "deviation of Gaussian noise along the view ray.");
+DEFINE_double(bias,
+              0.0,
+              "errors | LENGTH | >= 0, unit of the scene or file | Root mean square of a smooth "
+              "error.");
+DEFINE_double(bias_length,
+              0.0,
+              "errors | LENGTH | > 0, the same unit; default: 0, a quarter of the extent | "
+              "Correlation length of the smooth error.");
+DEFINE_string(bias_along,
+              "normal",
+              "errors | WAY | normal or ray | The way the smooth error shifts points.");
+DEFINE_double(outliers, 0.0, "errors | PART | in [0, 1] | Part of the points that is wrong.");
+DEFINE_double(spike_share,
+              0.5,
+              "errors | PART | in [0, 1] | Part of these that are spikes, shifted along their "
+              "rays; the others are strays, anywhere in an enlarged bounding box.");
+DEFINE_double(spike_size,
+              0.05,
+              "errors | PART | >= 0, in extents: diagonals of the bounding box | Longest spike.");
+DEFINE_double(outlier_box,
+              1.5,
+              "errors | FACTOR | >= 0 | Enlargement of the bounding box for strays.");
+
+DEFINE_string(motion,
+              "random",
+              "frame | MOTION | random or none | Whether the scanner's frame is another one than "
+              "the model's.");
+DEFINE_double(max_angle,
+              180.0,
+              "frame | ANGLE | in [0, 180] degrees | Largest rotation of a random motion.");
+DEFINE_double(max_translation,
+              1.0,
+              "frame | PART | >= 0, in extents | Largest shift of a random motion.");
+
 DEFINE_int32(digits,
              0,
-             "Significant digits of the scan's coordinates, 3 to 17, for small files; 0: as many "
-             "as it takes.");
-DEFINE_string(format, "csv", "csv or ply, of the scan.");
-DEFINE_bool(normals, false, "Write the face's normals into the scan.");
+             "output | N | 3 to 17; default: 0, as many as it takes | Significant digits of the "
+             "scan's coordinates, for small files.");
+DEFINE_string(format, "csv", "output | FORMAT | csv or ply | Of the scan.");
+DEFINE_bool(normals, false, "output | | | Writes the face's normals into the scan.");
 
 namespace darboux {
 namespace {
@@ -118,31 +147,56 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
+constexpr HelpItem kArguments[] = {
+    {"SCENE.yaml", "A scene as of darboux_deform, which is solved; or"},
+    {"SURFACE",
+     "a file with the deformed surface: a mesh (.ply, .obj, .stl, .off), or points (.csv, .txt, "
+     ".xyz, or such files without faces; columns x y z, nx ny nz, ux uy uz: then deformed = x + "
+     "u). Points without faces hide nothing, those without normals never turn away from a "
+     "viewpoint; --faces gives them triangles."}};
+
+constexpr HelpItem kFiles[] = {
+    {"scan.csv", "(or .ply) the scan, in the scanner's frame"},
+    {"truth.json", "what a user of the scan must not know: pose, options, fingers' forces"},
+    {"truth.csv",
+     "for each point, in the model's frame: the point of the face, its outlier flag (1 spike, 2 "
+     "stray), view (from 0; -1 none), noise and bias"},
+    {"report.html",
+     "with --report: the surface, the scan on it and its errors; it knows the truth as well"}};
+
+constexpr HelpItem kExitStatuses[] = {
+    {"0", "written"},
+    {"1", "the scene's solution has not converged or was interrupted, or files cannot be written"},
+    {"2", "bad input: one line on stderr says where and what is allowed"}};
+
+constexpr HelpItem kExamples[] = {
+    {"darboux_scan data/tennis_ball_patches.yaml --unit=mm --out=scan",
+     "A dented ball, scanned with the default noise of 0.127 mm:"},
+    {"darboux_scan data/duck_642.obj --noise=1e-4 --outliers=0.02 --views=4 \\\n"
+     "  --points=5000 --format=ply --out=scan",
+     "Anybody's mesh (here in metres), from four viewpoints, two points of a hundred wrong:"},
+    {"darboux_scan data/solids/ball_4mm.csv --revolve=360 --unit=mm --digits=6 \\\n"
+     "  --out=scan",
+     "A profile of displaced points, turned about the z axis:"}};
+
 constexpr Tool kTool = {
     "darboux_scan",
     "SCENE.yaml|SURFACE --out=DIR [flags]",
-    "Simulates a scan of the outer face of a deformed shell: visible points with noise, bias and\n"
-    "outliers, in a frame of their own. The argument is a scene, which is solved, or a file with\n"
-    "the deformed surface: a mesh (.ply, .obj, .stl, .off), or points (.csv, .txt, .xyz, or such\n"
-    "files without faces; columns x y z, nx ny nz, ux uy uz: then deformed = x + u). Points\n"
-    "without faces hide nothing, those without normals never turn away from a viewpoint;\n"
-    "--faces gives them triangles.\n"
-    "\n"
-    "Writes into DIR, together or not at all:\n"
-    "  scan.csv    (or .ply) the scan, in the scanner's frame\n"
-    "  truth.json  what a user of the scan must not know: pose, options, fingers' forces\n"
-    "  truth.csv   for each point, in the model's frame: the point of the face, its outlier flag\n"
-    "              (1 spike, 2 stray), view (from 0; -1 none), noise and bias\n"
-    "\n"
-    "exit status: 0 written\n"
-    "             1 the scene's solution has not converged or was interrupted, or files cannot\n"
-    "               be written\n"
-    "             2 bad input; nothing is written unless all is",
-    1};
+    "Simulates a scan of the outer face of a deformed shell: visible points with noise, bias and "
+    "outliers, in a frame of their own. The same seed gives the same scan from the same "
+    "surface.\n\n"
+    "Options of the model and of the solver are those of a scene's solution. All files are written "
+    "together or not at all.",
+    1,
+    "scans a deformed shell that needs no scanner",
+    kArguments,
+    kFiles,
+    kExitStatuses,
+    "SIGINT (Ctrl-C) or SIGTERM ends the tool with status 1, or by the signal once the scene is "
+    "solved; nothing is written.",
+    kExamples};
 
 void PrintError(const std::string& message) { progress::Error(message); }
-
-bool IsGiven(const char* flag) { return !gflags::GetCommandLineFlagInfoOrDie(flag).is_default; }
 
 std::string Ending(const std::string& file) {
   std::string ending = fs::path(file).extension().string();
@@ -251,6 +305,9 @@ struct Target {
   double thickness = 0.0;                 // 0: the file is the face
   Json solution = nullptr;                // of a scene: what was solved
   std::unique_ptr<ShellProblem> problem;  // whose surface is scanned
+  SolverSummary summary;                  // up to the state that is scanned
+  Scene scene;                            // of a file: that of --scene
+  std::vector<PlacedFinger> fingers;      // of it
 };
 
 // The exit status.
@@ -306,6 +363,7 @@ int SolveScene(const std::string& file, Target* target, std::string* error) {
                   step,
                   FLAGS_sampling == "vertices" ? ScanSampling::kVertices : ScanSampling::kArea);
   if (!FingersOf(scene, step, &target->occluders, error)) return kExitBadInput;
+  target->summary = summary;
   const Json all = MakeSummaryJson(scene, summary, nullptr);
   Json& solution = target->solution = Json::object();
   solution["name"] = scene.name;
@@ -350,7 +408,7 @@ bool ReadSurface(const std::string& file, Target* target, std::string* error) {
     *error = file + ":0: found " + what;
     return false;
   };
-  Scene scene;
+  Scene& scene = target->scene;
   if (!FLAGS_scene.empty()) {
     if (!ReadSceneWithFlags(FLAGS_scene, &scene, error)) return false;
     target->thickness = scene.shell.thickness;
@@ -461,13 +519,14 @@ bool ReadSurface(const std::string& file, Target* target, std::string* error) {
     }
     body.pose.position += touch.shift * direction;
     target->occluders.push_back(std::move(body));
+    target->fingers.push_back({&spec, touch.shift});
   }
   return true;
 }
 
 Json ToJson(const Eigen::Vector3d& x) { return {x.x(), x.y(), x.z()}; }
 
-Json ToJson(const RigidPose& pose) {
+Json PoseToJson(const RigidPose& pose) {
   Json matrix = Json::array();
   const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
   for (int i = 0; i < 3; ++i) matrix.push_back(ToJson(Eigen::Vector3d(rotation.row(i))));
@@ -546,6 +605,48 @@ std::vector<std::array<int, 3>> FacesOf(const ScanSurface& surface, const Scan& 
   return faces;
 }
 
+// The surface with the scan beside it, in the frame of the surface, and what is wrong about each
+// point: its distance from where it should be, along the normal where there is one.
+Report MakeScanReport(const std::string& name,
+                      const Target& target,
+                      const Scan& scan,
+                      const Json& truth) {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<double> errors;
+  std::vector<ShellFace::Foot> feet(scan.truth.size());
+  std::vector<char> counts;
+  for (std::size_t i = 0; i < scan.truth.size(); ++i) {
+    const ScanTruth& at = scan.truth[i];
+    points.push_back(scan.model_from_scan * scan.cloud.points[i]);
+    const Eigen::Vector3d way = points.back() - at.face.position;
+    const bool has_normal = at.face.normal.squaredNorm() > 0.0;
+    errors.push_back(has_normal ? way.dot(at.face.normal) : way.norm());
+    if (at.outlier == OutlierKind::kStray) errors.back() = std::nan("");
+    feet[i].position = at.face.position;
+    counts.push_back(at.outlier == OutlierKind::kNone ? 1 : 0);
+  }
+  const ReportCloud cloud = MakeCloud("scan", "error of the scan", points, errors);
+  Report report = MakeReport(kTool.name, name);
+  report.header["documents"]["truth"] = truth;
+  if (target.problem == nullptr) {
+    AddMeshView(name, target.surface.mesh, target.fingers, {cloud}, &report);
+    return report;
+  }
+  const Scene& scene = target.problem->scene();
+  ReportShape shape;
+  shape.title = scene.name;
+  shape.problem = target.problem.get();
+  shape.states = StatesOf(target.summary);
+  shape.clouds = {cloud};
+  ShellFace face(target.problem->surface(), 0.5 * target.thickness);
+  face.SetDisplacements(target.summary.steps.back().displacements);
+  shape.distances = {CoveredDistance(MakeScanFields(face, feet, errors, counts))};
+  AddShellView(shape, &report);
+  AddHistory(scene, target.summary, &report);
+  report.header["documents"]["summary"] = MakeSummaryJson(scene, target.summary, nullptr);
+  return report;
+}
+
 int Run(int argc, char** argv) {
   std::vector<std::string> arguments;
   int exit_status = kExitBadInput;
@@ -600,8 +701,8 @@ int Run(int argc, char** argv) {
   for (const auto& [key, value] : settings.items()) comment.push_back(key + ": " + value.dump());
   Json truth = {{"surface", name},
                 {"thickness", target.thickness},
-                {"model_from_scan", ToJson(scan.model_from_scan)},
-                {"scan_from_model", ToJson(scan.model_from_scan.Inverse())},
+                {"model_from_scan", PoseToJson(scan.model_from_scan)},
+                {"scan_from_model", PoseToJson(scan.model_from_scan.Inverse())},
                 {"points", scan.cloud.points.size()},
                 {"spikes", scan.num_spikes},
                 {"strays", scan.num_strays},
@@ -622,9 +723,13 @@ int Run(int argc, char** argv) {
     return kExitNotConverged;
   }
   FileSet files(FLAGS_out);
+  files.Outdate(kReportFile);
   if (!files.Add(scan_name, text, &error) || !files.Add("truth.csv", TruthCsv(scan), &error) ||
       !files.Add(
           "truth.json", truth.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", &error) ||
+      (FLAGS_report &&
+       !files.Add(
+           kReportFile, MakeReportHtml(MakeScanReport(name, target, scan, truth)), &error)) ||
       !files.Commit(&error)) {
     PrintError(error);
     return kExitNotConverged;
@@ -641,7 +746,10 @@ int Run(int argc, char** argv) {
         options.viewpoints.size(),
         scan.num_spikes,
         scan.num_strays);
-    std::printf("scan in %s: %s, truth.csv, truth.json\n", FLAGS_out.c_str(), scan_name.c_str());
+    std::printf("scan in %s: %s, truth.csv, truth.json%s\n",
+                FLAGS_out.c_str(),
+                scan_name.c_str(),
+                FLAGS_report ? ", report.html" : "");
   }
   return kExitDone;
 }

@@ -113,15 +113,17 @@ bool FitScan(const Scene& scene,
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   *fit = ScanFit();
+  fit->scene = scene;
 
   // The shape that the scan is held against.
-  const bool fits = options.mode == "fit";
+  const bool fits = fit->is_fitted = options.mode == "fit";
   const bool has_causes = !scene.fingers.empty() || !scene.loads.empty();
   const bool solves = fits ? options.fingers == "scene" || (options.fingers.empty() && has_causes)
                            : options.against == "deformed";
   std::unique_ptr<ShellProblem> solved;
-  SolverSummary solver_summary;
-  if (solves && !Solve(scene, options.solver, &solved, &solver_summary, error)) return false;
+  if (solves && !Solve(scene, options.solver, &solved, &fit->equilibrium.emplace(), error)) {
+    return false;
+  }
   ShellProblem::Options shell_options;
   shell_options.nonlinear = true;
   shell_options.num_threads = options.solver.num_threads;
@@ -184,9 +186,9 @@ bool FitScan(const Scene& scene,
     fit->json["method"] = options.method;
     RecordRegistration(summary, registration_options.max_relative_sigma, fit);
   }
-  if (solves && !solver_summary.IsConverged()) {
+  if (solves && !fit->equilibrium->IsConverged()) {
     fit->converged = false;
-    fit->verdict += "; the scene's own equilibrium is not converged: " + solver_summary.message;
+    fit->verdict += "; the scene's own equilibrium is not converged: " + fit->equilibrium->message;
   }
   fit->json["converged"] = fit->converged;
   fit->json["verdict"] = fit->verdict;
@@ -210,6 +212,39 @@ std::vector<NamedFile> ScanFitFiles(const ScanFit& fit, const std::vector<Eigen:
   files.push_back(
       {"fit.json", fit.json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"});
   return files;
+}
+
+Report MakeFitReport(const ScanFit& fit, const std::vector<Eigen::Vector3d>& scan) {
+  Report page = MakeReport("darboux_fit", fit.scene.name);
+  ReportShape shape;
+  shape.title = fit.scene.name;
+  shape.problem = fit.shell.get();
+  shape.scene = &fit.scene;
+  if (fit.equilibrium) shape.states = StatesOf(*fit.equilibrium);
+  for (ReportState& state : shape.states) state.label = "computed, " + state.label;
+  if (!fit.distances.empty()) {
+    // What is held against the scan; a shape that is not fitted is the last one there, or the shell
+    // at rest.
+    if (fit.is_fitted || shape.states.empty()) {
+      ReportState state;
+      state.label = fit.is_fitted ? "fitted to the scan" : "held against the scan";
+      state.displacements = &fit.displacements;
+      shape.states.push_back(state);
+    }
+    ShellFace face(fit.shell->surface(), fit.face_offset);
+    face.SetDisplacements(fit.displacements);
+    shape.distances = {CoveredDistance(MakeScanFields(face, fit.feet, fit.distances, fit.counts))};
+    std::vector<Eigen::Vector3d> points;
+    for (const Eigen::Vector3d& x : scan) points.push_back(fit.pose * x);
+    shape.clouds = {MakeCloud("scan, registered", "distance from the face", points, fit.distances)};
+  }
+  AddShellView(shape, &page);
+  if (fit.equilibrium) {
+    AddHistory(fit.scene, *fit.equilibrium, &page);
+    page.header["documents"]["summary"] = MakeSummaryJson(fit.scene, *fit.equilibrium, nullptr);
+  }
+  page.header["documents"]["fit"] = fit.json;
+  return page;
 }
 
 }  // namespace darboux

@@ -6,11 +6,13 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "geometry/rigid_pose.h"
 #include "geometry/shell_face.h"
+#include "solver/report_view.h"
 #include "solver/results.h"
 #include "solver/scene.h"
 #include "solver/shape_fit.h"
@@ -42,9 +44,12 @@ struct ScanFitOptions {
 };
 
 struct ScanFit {
+  Scene scene;
+  bool is_fitted = false;  // else only registered
   bool converged = false;
-  std::string verdict, report;     // one line; several
-  nlohmann::ordered_json json;     // fit.json
+  std::string verdict, report;               // one line; several
+  nlohmann::ordered_json json;               // fit.json
+  std::optional<SolverSummary> equilibrium;  // the scene's own, where it was asked for
   Eigen::Matrix3Xd displacements;  // control displacements; the reference where nothing matched
   // Empty where nothing matched.
   RigidPose pose;  // scan -> shell
@@ -67,6 +72,9 @@ bool FitScan(const Scene& scene,
 // fit.json, and where something matched shell.vtu with the map of errors, deformed.ply and
 // scan_registered.ply.
 std::vector<NamedFile> ScanFitFiles(const ScanFit& fit, const std::vector<Eigen::Vector3d>& scan);
+
+// What darboux_fit's --report shows.
+Report MakeFitReport(const ScanFit& fit, const std::vector<Eigen::Vector3d>& scan);
 
 }  // namespace darboux
 

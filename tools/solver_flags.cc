@@ -1,5 +1,6 @@
 #include "tools/solver_flags.h"
 
+#include <ceres/version.h>
 #include <glog/logging.h>
 
 #include <algorithm>
@@ -7,122 +8,78 @@
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
-#include <exception>
-#include <iterator>
-#include <new>
 #include <thread>
 
-#include "geometry/nearest_name.h"
 #include "solver/scene_reader.h"
+#include "tools/html_report.h"
 #include "tools/progress.h"
 
-DEFINE_string(out, "", "Folder for all results; created when missing.");
-DEFINE_int32(threads, 0, "Threads, 1 to 1024; 0 for as many as the machine runs at once.");
-DEFINE_string(theory, "", "auto, linear or nonlinear, in place of the scene's model.theory.");
-DEFINE_string(strains, "", "koiter or seed, in place of the scene's model.strains.");
-DEFINE_string(minimizer, "", "auto, mip, ceres or cg, in place of the scene's model.minimizer.");
+// The form of their texts is that of tools/help.h.
+DEFINE_string(out,
+              "",
+              "output | DIR | folder; required | For all results; created when missing. Nothing is "
+              "written anywhere else.");
+DEFINE_bool(quiet, false, "output | | | Prints nothing but errors.");
+DEFINE_bool(report,
+            false,
+            "output | | | Writes report.html as well: the deformed shape to turn and colour, all "
+            "numbers, plots, in one file that any browser opens.");
+DEFINE_string(
+    log,
+    "text",
+    "output | FORMAT | text or json | json: every line on stderr, progress and errors, is "
+    "a JSON object.");
+
+DEFINE_bool(repair,
+            false,
+            "input | | | Mends the scene's mesh file before use: sews seams, drops or flattens "
+            "what is no triangle, winds triangles alike and outwards. What was done is printed "
+            "and kept in the results.");
+
+DEFINE_string(theory,
+              "",
+              "model | THEORY | auto, linear or nonlinear; default: the scene's model.theory | "
+              "Strains that are linear in the displacements, for small ones, or not. auto: "
+              "nonlinear where the linear solution needs it.");
+DEFINE_string(strains,
+              "",
+              "model | STRAINS | koiter or seed; default: the scene's model.strains | koiter: "
+              "zero under any rotation; seed: those of the paper.");
+DEFINE_string(minimizer,
+              "",
+              "model | MINIMIZER | auto, mip, ceres or cg; default: the scene's model.minimizer | "
+              "The mixed iteration (mip), Ceres, or conjugate gradients for comparison. auto: mip, "
+              "and Ceres where that fails.");
 DEFINE_int32(quadrature,
              0,
-             "Points per triangle: 1, 3, 6 or 12, in place of the scene's model.quadrature.");
-DEFINE_string(divisions, "", "M,N cells in u and v, in place of the scene's surface.divisions.");
-DEFINE_bool(
-    repair,
-    false,
-    "Mend the scene's mesh file before use: sew seams, drop or flatten what is no triangle, "
-    "wind triangles alike and outwards. What was done is printed and kept in the results.");
+             "model | POINTS | 1, 3, 6 or 12; default: the scene's model.quadrature | Quadrature "
+             "points per triangle.");
+DEFINE_string(divisions,
+              "",
+              "model | M,N | two integers > 0; default: the scene's surface.divisions | Cells of a "
+              "parametric surface in u and in v.");
+
+DEFINE_int32(
+    threads,
+    0,
+    "solver | N | 0 to 1024; default: 0, as many as the machine runs at once | Threads of the "
+    "solver.");
 DEFINE_double(time_limit,
               0.0,
-              "Seconds after which the solver stops and what it has is written; 0 for no limit.");
-DEFINE_bool(quiet, false, "Print nothing but errors.");
-DEFINE_string(log,
-              "text",
-              "text, or json: every line on stderr, progress and errors, is a JSON object.");
+              "solver | SECONDS | >= 0 s; default: 0, none | Stops the solver after this time; "
+              "what it has is written.");
 DEFINE_string(sparse_backend,
               "auto",
-              "Sparse factorisation: suite_sparse, eigen (slower, runs no GPL code), or auto: "
-              "suite_sparse where Ceres has it.");
+              "solver | BACKEND | auto, suite_sparse or eigen | Sparse factorisation. eigen is "
+              "slower and runs no GPL code; auto: suite_sparse where Ceres has it.");
 DEFINE_double(gradient_tolerance,
               1e-7,
-              "A load step has converged when |gradient| is at most this, in (0, 1), times "
-              "|loads| + |reactions|.");
-DEFINE_int32(max_iterations, 200, "Iterations per load step, at least 1.");
+              "solver | PART | in (0, 1), no unit | A load step has converged when |gradient| is "
+              "at most this part of |loads| + |reactions|.");
+DEFINE_int32(max_iterations, 200, "solver | N | >= 1 | Iterations per load step.");
 
 namespace darboux {
 namespace {
-
-// Of glog's flags those that cannot write a file.
-constexpr const char* kLoggingFlags[] = {
-    "v", "vmodule", "minloglevel", "logtostderr", "stderrthreshold", "colorlogtostderr"};
-
-bool EndsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
-// Flags defined here or in the tool's own file, by name.
-std::vector<gflags::CommandLineFlagInfo> OwnFlags(const Tool& tool) {
-  std::vector<gflags::CommandLineFlagInfo> all, own;
-  gflags::GetAllFlags(&all);
-  for (const gflags::CommandLineFlagInfo& flag : all) {
-    if (EndsWith(flag.filename, "tools/solver_flags.cc") ||
-        EndsWith(flag.filename, "tools/" + std::string(tool.name) + ".cc")) {
-      own.push_back(flag);
-    }
-  }
-  std::sort(own.begin(), own.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
-  return own;
-}
-
-std::string Allowed(const std::string& type) {
-  if (type == "bool") return "true or false";
-  if (type == "double") return "a number";
-  if (type == "string") return "a text";
-  return "an integer";
-}
-
-// Empty where the flag says all there is to say: nothing, or 0 with a meaning of its own.
-std::string DefaultOf(const gflags::CommandLineFlagInfo& flag) {
-  if (flag.type == "bool" || flag.default_value.empty() || flag.default_value == "0") return "";
-  if (flag.type != "double") return flag.default_value;
-  char text[32];  // gflags prints 17 digits.
-  std::snprintf(text, sizeof(text), "%g", std::strtod(flag.default_value.c_str(), nullptr));
-  return text;
-}
-
-void PrintUsage(const Tool& tool, std::FILE* to) {
-  std::fprintf(to, "usage: %s %s\n", tool.name, tool.usage);
-}
-
-void PrintHelp(const Tool& tool) {
-  PrintUsage(tool, stdout);
-  std::printf("\n%s\n\nflags:\n", tool.description);
-  for (const gflags::CommandLineFlagInfo& flag : OwnFlags(tool)) {
-    std::string left = "  --" + flag.name;
-    if (flag.type == "string") left += "=TEXT";
-    if (flag.type == "double") left += "=NUMBER";
-    if (flag.type == "int32") left += "=INTEGER";
-    std::printf("%s\n", left.c_str());
-    // Words in lines of at most 96 columns.
-    std::string text = flag.description;
-    const std::string default_value = DefaultOf(flag);
-    if (!default_value.empty()) text += " Default: " + default_value + ".";
-    size_t column = 0;
-    for (size_t begin = 0; begin < text.size();) {
-      const size_t end = std::min(text.find(' ', begin), text.size());
-      const size_t width = end - begin;
-      if (column > 0 && column + 1 + width > 96) {
-        std::printf("\n");
-        column = 0;
-      }
-      column += std::printf(
-          "%s%.*s", column == 0 ? "      " : " ", static_cast<int>(width), text.c_str() + begin);
-      begin = end + 1;
-    }
-    std::printf("\n");
-  }
-  std::printf("  --help, --version\n");
-}
-
-bool IsGiven(const char* flag) { return !gflags::GetCommandLineFlagInfoOrDie(flag).is_default; }
 
 std::atomic<bool> stop_flag(false);
 static_assert(std::atomic<bool>::is_always_lock_free, "signal handlers may touch nothing else");
@@ -140,83 +97,18 @@ bool ParseCommandLine(const Tool& tool,
                       char** argv,
                       std::vector<std::string>* arguments,
                       int* exit_status) {
-  const std::vector<gflags::CommandLineFlagInfo> own = OwnFlags(tool);
-  std::vector<std::string> own_names, known;
-  for (const gflags::CommandLineFlagInfo& flag : own) own_names.push_back(flag.name);
-  known = own_names;
-  known.insert(known.end(), std::begin(kLoggingFlags), std::end(kLoggingFlags));
-  const auto is_known = [&](const std::string& name) {
-    return std::find(known.begin(), known.end(), name) != known.end();
-  };
   const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   const auto fail = [&](const std::string& message) {
     *exit_status = kExitBadInput;
     const bool json = progress::AsksForJson(words);
     progress::Error(tool.name, message, json);
-    if (json) return false;
-    PrintUsage(tool, stderr);
-    std::fprintf(stderr, "(--help lists the flags)\n");
+    if (!json) PrintUsage(tool);
     return false;
   };
-
-  // Help is given whatever else the line says.
-  for (const std::string& word : words) {
-    if (word == "--") break;
-    if (word == "--help" || word == "-help" || word == "--h" || word == "-h") {
-      PrintHelp(tool);
-      *exit_status = kExitDone;
-      return false;
-    }
-    if (word == "--version" || word == "-version") {
-      std::printf("%s %s\n", tool.name, DARBOUX_VERSION);
-      *exit_status = kExitDone;
-      return false;
-    }
-  }
-
-  arguments->clear();
-  for (size_t i = 0; i < words.size(); ++i) {
-    const std::string& word = words[i];
-    if (word == "--") {
-      arguments->insert(arguments->end(), words.begin() + i + 1, words.end());
-      break;
-    }
-    if (word.size() < 2 || word[0] != '-') {
-      arguments->push_back(word);
-      continue;
-    }
-    const size_t begin = word[1] == '-' ? 2 : 1;
-    const size_t equals = std::min(word.find('='), word.size());
-    std::string name = word.substr(begin, equals - begin);
-    std::string value = equals < word.size() ? word.substr(equals + 1) : "";
-    gflags::CommandLineFlagInfo info;
-    if (!is_known(name) && name.compare(0, 2, "no") == 0 && is_known(name.substr(2)) &&
-        equals == word.size() && gflags::GetCommandLineFlagInfo(name.substr(2).c_str(), &info) &&
-        info.type == "bool") {
-      name = name.substr(2);
-      value = "false";
-    } else if (!is_known(name) || !gflags::GetCommandLineFlagInfo(name.c_str(), &info)) {
-      const std::string nearest = NearestName(name, known);
-      std::string list;
-      for (const std::string& flag : own_names) list += (list.empty() ? "--" : ", --") + flag;
-      return fail("found the unknown flag '" + word + "'; allowed " + list +
-                  (nearest.empty() ? std::string() : "; did you mean '--" + nearest + "'?"));
-    } else if (equals == word.size()) {
-      if (info.type == "bool") {
-        value = "true";
-      } else {
-        // A flag in the place of the value has swallowed it; a negative number is one.
-        const bool has_value =
-            i + 1 < words.size() && (words[i + 1].empty() || words[i + 1][0] != '-' ||
-                                     words[i + 1].find_first_of(".0123456789") == 1);
-        if (!has_value)
-          return fail("--" + name + ": found no value; allowed " + Allowed(info.type));
-        value = words[++i];
-      }
-    }
-    if (gflags::SetCommandLineOption(name.c_str(), value.c_str()).empty()) {
-      return fail("--" + name + ": found '" + value + "'; allowed " + Allowed(info.type));
-    }
+  std::string error;
+  if (!ParseWords(tool, ", Ceres " CERES_VERSION_STRING, words, arguments, &error)) {
+    *exit_status = kExitDone;
+    return error.empty() ? false : fail(error);
   }
 
   // glog, and no file of its: it would write to the folder for temporary files.
@@ -231,27 +123,17 @@ bool ParseCommandLine(const Tool& tool,
     return fail("--log: found '" + FLAGS_log + "'; allowed text | json");
   }
 
-  if (static_cast<int>(arguments->size()) != tool.num_arguments) {
-    std::string found = arguments->empty() ? "no argument" : "the arguments";
-    for (const std::string& argument : *arguments) found += " '" + argument + "'";
-    return fail("found " + found + "; allowed exactly " + std::to_string(tool.num_arguments));
-  }
   if (FLAGS_out.empty()) return fail("--out: found no folder; allowed the name of a folder");
+  if (FLAGS_report && !HasReportPage()) return fail(NoReportPage());
   progress::Start(tool.name, DARBOUX_VERSION, words);
   return true;
 }
 
 int RunTool(const Tool& tool, int (*run)(int argc, char** argv), int argc, char** argv) {
-  try {
-    return progress::Done(run(argc, argv));
-  } catch (const std::bad_alloc&) {
-    progress::Error(
-        tool.name, "out of memory; fewer divisions or points need less", progress::IsJson());
-  } catch (const std::exception& exception) {
-    progress::Error(
-        tool.name, std::string("internal error: ") + exception.what(), progress::IsJson());
-  }
-  return progress::Done(kExitNotConverged);
+  std::string error;
+  const int exit_status = RunAndCatch(run, argc, argv, &error);
+  if (!error.empty()) progress::Error(tool.name, error, progress::IsJson());
+  return progress::Done(exit_status);
 }
 
 bool ReadSceneWithFlags(const std::string& file, Scene* scene, std::string* error) {

@@ -9,29 +9,16 @@
 
 #include "solver/scene.h"
 #include "solver/shell_solver.h"
+#include "tools/command_line.h"
 
-// Flags and command line of all tools. They replace gflags' own: --help shows only the tool's
-// flags, a mistake ends with status 2 and says what is allowed.
+// Flags that the tools which solve have in common.
 
 DECLARE_string(out);
 DECLARE_bool(quiet);
+DECLARE_bool(report);
 DECLARE_string(log);
 
 namespace darboux {
-
-// Exit status of the tools.
-enum ExitStatus {
-  kExitDone = 0,          // converged, and every `expect` holds
-  kExitNotConverged = 1,  // or an `expect` fails, or results could not be written
-  kExitBadInput = 2       // command line or scene; nothing was written
-};
-
-struct Tool {
-  const char* name;         // "darboux_deform"
-  const char* usage;        // "SCENE.yaml --out=DIR"
-  const char* description;  // a few lines
-  int num_arguments;        // besides the flags
-};
 
 // Sets the flags that the command line names, as --flag=value, --flag value or -flag=value;
 // --flag and --noflag for true and false; after "--" all are arguments. True: run. False: end with

@@ -180,6 +180,18 @@ class Arrays(Folders):
         with self.assertRaises(IndexError):
             self.result.fields(-2)
 
+    def test_a_report_is_that_of_the_tool_or_says_what_is_missing(self):
+        folder = os.path.join(self.folder, "out")
+        try:
+            names = self.result.write(folder, report=True)
+        except darboux.InputError as error:
+            self.assertIn("report: found a build without", str(error))
+            self.assertFalse(os.path.exists(folder))
+            return
+        self.assertIn("report.html", names)
+        with open(os.path.join(folder, "report.html"), encoding="utf-8") as stream:
+            self.assertIn("<title>", stream.read())
+
     def test_files_that_cannot_be_written(self):
         file = os.path.join(self.folder, "file")
         with open(file, "w", encoding="utf-8"):

@@ -10,11 +10,13 @@
 
 #include "solver/calibration.h"
 #include "solver/calibration_reader.h"
+#include "solver/calibration_report.h"
 #include "solver/calibration_results.h"
 #include "tools/python/convert.h"
 #include "tools/python/handle.h"
 #include "tools/python/job.h"
 #include "tools/python/module.h"
+#include "tools/python/report.h"
 #include "tools/python/solver_options.h"
 
 namespace py = pybind11;
@@ -125,12 +127,20 @@ std::shared_ptr<Solution> StateOf(const std::shared_ptr<CalibrationHandle>& self
   return solution;
 }
 
-void Write(const CalibrationHandle& self, const std::string& folder) {
+void Write(const CalibrationHandle& self, const std::string& folder, bool report) {
+  if (report) RequireReportPage();
+  MoreFiles more;
+  if (report) {
+    more = [&self](const nlohmann::ordered_json& json) {
+      return std::vector<NamedFile>{ReportFile(
+          MakeCalibrationReport("darboux_calibrate", self.spec, self.summary, self.models, json))};
+    };
+  }
   std::string error;
   bool ok = false;
   {
     const py::gil_scoped_release release;
-    ok = WriteCalibration(folder, self.spec, self.summary, self.models, &error);
+    ok = WriteCalibration(folder, self.spec, self.summary, self.models, &error, more);
   }
   if (ok) return;
   PyErr_SetString(PyExc_OSError, error.c_str());
@@ -154,7 +164,7 @@ void BindCalibration(py::module_* module) {
            [](const CalibrationHandle& self) {
              return ToPython(MakeCalibrationJson(self.spec, self.summary));
            })
-      .def("write", &Write, py::arg("folder"));
+      .def("write", &Write, py::arg("folder"), py::arg("report"));
   module->def("calibrate",
               &CalibrateSpec,
               py::arg("file"),

@@ -13,6 +13,7 @@
 #include "tools/python/handle.h"
 #include "tools/python/job.h"
 #include "tools/python/module.h"
+#include "tools/python/report.h"
 #include "tools/python/solver_options.h"
 #include "tools/scan_fit.h"
 
@@ -114,13 +115,15 @@ py::object Feet(const FitHandle& self) {
   return ToArray(feet);
 }
 
-std::vector<std::string> Write(const FitHandle& self, const std::string& folder) {
+std::vector<std::string> Write(const FitHandle& self, const std::string& folder, bool report) {
+  if (report) RequireReportPage();
   std::string error;
   std::vector<std::string> names;
   bool ok = false;
   {
     const py::gil_scoped_release release;
-    const std::vector<NamedFile> files = ScanFitFiles(self.fit, self.scan);
+    std::vector<NamedFile> files = ScanFitFiles(self.fit, self.scan);
+    if (report) files.push_back(ReportFile(MakeFitReport(self.fit, self.scan)));
     for (const NamedFile& file : files) names.push_back(file.name);
     ok = WriteFiles(folder, files, &error);
   }
@@ -144,7 +147,7 @@ void BindFit(py::module_* module) {
       .def("inliers", [](const FitHandle& self) { return ToBools(self.fit.counts); })
       .def("feet", &Feet)
       .def("shape", &Shape)
-      .def("write", &Write, py::arg("folder"));
+      .def("write", &Write, py::arg("folder"), py::arg("report"));
   module->def("fit",
               &Fit,
               py::arg("scene"),

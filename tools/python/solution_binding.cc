@@ -17,6 +17,7 @@
 #include "tools/python/convert.h"
 #include "tools/python/handle.h"
 #include "tools/python/module.h"
+#include "tools/python/report.h"
 
 namespace py = pybind11;
 
@@ -276,14 +277,22 @@ py::dict Iterations(const Solution& self) {
                   py::arg("seconds") = seconds);
 }
 
-std::vector<std::string> Write(const Solution& self, const std::string& folder) {
+std::vector<std::string> Write(const Solution& self, const std::string& folder, bool report) {
+  if (report) RequireReportPage();
+  MoreFiles more;
+  if (report) {
+    more = [&self](const Json& json) {
+      return std::vector<NamedFile>{
+          ReportFile(MakeSceneReport("darboux_deform", *self.problem, self.summary, json))};
+    };
+  }
   Results results;
   std::string error;
   bool ok = false;
   {
     const py::gil_scoped_release release;
     ok = WriteResults(
-        folder, *self.problem, self.summary, self.accuracy_or_null(), &results, &error);
+        folder, *self.problem, self.summary, self.accuracy_or_null(), &results, &error, more);
   }
   if (ok) return results.files;
   PyErr_SetString(PyExc_OSError, error.c_str());
@@ -334,7 +343,7 @@ void BindSolution(py::module_* module) {
           py::arg("step"))
       .def("at", &FieldsAt, py::arg("uv"), py::arg("nearest"), py::arg("step"))
       .def("contact", &Contact, py::arg("step"))
-      .def("write", &Write, py::arg("folder"));
+      .def("write", &Write, py::arg("folder"), py::arg("report"));
 }
 
 }  // namespace darboux

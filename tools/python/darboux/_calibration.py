@@ -63,10 +63,11 @@ class Calibration:
         count = self._calibration.num_states
         return [Result(self._calibration.state(grasp)) for grasp in range(count)]
 
-    def write(self, folder: Path) -> None:
+    def write(self, folder: Path, report: bool = False) -> None:
         """Writes the files of darboux_calibrate: calibration.json, and a folder grasp_K with the
-        results of each scene in the calibrated state; OSError."""
-        self._calibration.write(os.fspath(folder))
+        results of each scene in the calibrated state; with report also report.html (see
+        Result.write); OSError."""
+        self._calibration.write(os.fspath(folder), bool(report))
 
 
 def _take_data(what: Mapping[str, Any]) -> Tuple[Any, Dict[str, Dict[str, Any]]]:

@@ -239,11 +239,13 @@ class Result:
 
     # ---- Files and scans --------------------------------------------------------------------
 
-    def write(self, folder: Union[str, "os.PathLike[str]"]) -> List[str]:
+    def write(self, folder: Union[str, "os.PathLike[str]"], report: bool = False) -> List[str]:
         """Writes the files of darboux_deform into a folder, created when missing: summary.json,
         shell.pvd and shell.vtu for ParaView (one per load step), deformed.ply, history.csv,
-        contact.csv. All of them or none (OSError). Returns their names."""
-        return self._solution.write(os.fspath(folder))
+        contact.csv; with report also report.html, shape, numbers and plots for any browser
+        (InputError where Darboux was built without it). All of them or none (OSError). Returns their
+        names."""
+        return self._solution.write(os.fspath(folder), bool(report))
 
     def scan(
         self,

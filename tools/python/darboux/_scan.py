@@ -153,10 +153,11 @@ class Fit:
         """(n, 3) points + displacement."""
         return self.points + self.displacement
 
-    def write(self, folder: Path) -> List[str]:
+    def write(self, folder: Path, report: bool = False) -> List[str]:
         """Writes the files of darboux_fit: fit.json and, where matched, shell.vtu with the map of
-        errors, deformed.ply and scan_registered.ply. Returns their names; OSError."""
-        return self._fit.write(os.fspath(folder))
+        errors, deformed.ply and scan_registered.ply; with report also report.html (see
+        Result.write). Returns their names; OSError."""
+        return self._fit.write(os.fspath(folder), bool(report))
 
 
 for _class in (Scan, Fit):
