@@ -18,8 +18,8 @@ constexpr NumberRule kPoissonNumber{"a number in (-1, 0.5]",
 
 class CalibrationParser : public YamlReader {
  public:
-  CalibrationParser(const std::string& file, const std::string& folder)
-      : YamlReader(file), folder_(folder) {}
+  CalibrationParser(const std::string& file, const std::string& folder, const NamedData* data)
+      : YamlReader(file), folder_(folder), data_(data) {}
 
   bool Parse(const std::string& text, CalibrationSpec* spec) {
     return ReadDocument(text, "what to calibrate, in YAML", [&](const YamlField& root) {
@@ -173,8 +173,13 @@ class CalibrationParser : public YamlReader {
                  const std::string& what,
                  std::string* name,
                  PointCloud* cloud) {
-    if (!ReadFileName(field, what, name)) return false;
     std::string error;
+    if (!ReadText(field, what, name)) return false;
+    if (const PointCloud* const found = FindNamed(data_, &NamedData::clouds, *name)) {
+      *cloud = *found;
+      return true;
+    }
+    if (!ReadFileName(field, what, name)) return false;
     if (!ReadPointCloud(PathOf(*name), cloud, &error)) return FailWith(field, error);
     return true;
   }
@@ -188,11 +193,17 @@ class CalibrationParser : public YamlReader {
     grasp->location = Location(item);
     YamlField field;
     if (!Require(map, "scene", "a scene file", &field) ||
-        !ReadFileName(field, "a scene file", &grasp->scene_file)) {
+        !ReadText(field, "a scene file", &grasp->scene_file)) {
       return false;
     }
     std::string error;
-    if (!ReadScene(PathOf(grasp->scene_file), &grasp->scene, &error)) return FailWith(field, error);
+    if (const Scene* const found = FindNamed(data_, &NamedData::scenes, grasp->scene_file)) {
+      grasp->scene = *found;
+    } else if (!ReadFileName(field, "a scene file", &grasp->scene_file)) {
+      return false;
+    } else if (!ReadScene(PathOf(grasp->scene_file), &grasp->scene, &error)) {
+      return FailWith(field, error);
+    }
     if (grasp->scene.path.control != PathControl::kLoad) {
       return Fail(field, "a scene with a path", "scenes whose final state is at full load");
     }
@@ -363,6 +374,7 @@ class CalibrationParser : public YamlReader {
   }
 
   const std::string folder_;
+  const NamedData* const data_;
 };
 
 }  // namespace
@@ -371,9 +383,10 @@ bool ParseCalibration(const std::string& text,
                       const std::string& file,
                       const std::string& folder,
                       CalibrationSpec* spec,
-                      std::string* error) {
+                      std::string* error,
+                      const NamedData* data) {
   CalibrationSpec read;
-  CalibrationParser parser(file, folder);
+  CalibrationParser parser(file, folder, data);
   if (!parser.Parse(text, &read)) {
     *error = parser.error();
     return false;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "solver/calibration.h"
+#include "solver/named_data.h"
 
 namespace darboux {
 
@@ -13,11 +14,13 @@ namespace darboux {
 bool ReadCalibration(const std::string& file, CalibrationSpec* spec, std::string* error);
 
 // The same from text; files that it names are read from `folder`, and `file` is for messages.
+// data: scenes and points that are not in files; may be null.
 bool ParseCalibration(const std::string& text,
                       const std::string& file,
                       const std::string& folder,
                       CalibrationSpec* spec,
-                      std::string* error);
+                      std::string* error,
+                      const NamedData* data = nullptr);
 
 }  // namespace darboux
 

@@ -306,64 +306,6 @@ std::string Contact(const Scene& scene, const SolverSummary& summary) {
   return text;
 }
 
-std::string History(const Scene& scene, const SolverSummary& summary) {
-  std::string text = "step,factor,iterations,converged,energy,relative_gradient,max_displacement";
-  for (const ProbeSpec& probe : scene.probes) {
-    for (const char* axis : {"x", "y", "z"}) {
-      text += ",probes." + probe.name + ".displacement." + axis;
-    }
-  }
-  for (const FingerSpec& finger : scene.fingers) {
-    for (const char* what :
-         {"travel", "normal_force", "stiffness", "contact_area", "penetration"}) {
-      text += ",fingers." + finger.name + "." + what;
-    }
-  }
-  if (!scene.fingers.empty()) text += ",grasp.squeeze_work,grasp.force_closure_after.margin";
-  const bool has_gas = !summary.steps.empty() && summary.steps.front().gas.has_value();
-  if (has_gas) text += ",gas.gauge_pressure,gas.volume_ratio";
-  text +=
-      ",supports.reaction.x,supports.reaction.y,supports.reaction.z,negative_modes,limit_point\n";
-  const auto add = [&](double value) {
-    text += ",";
-    if (std::isfinite(value)) text += FormatNumber(value);
-  };
-  for (size_t i = 0; i < summary.steps.size(); ++i) {
-    const LoadStep& step = summary.steps[i];
-    text += std::to_string(i + 1);
-    add(step.factor);
-    text += "," + std::to_string(step.iterations) + "," + (step.converged ? "1" : "0");
-    add(step.energy);
-    add(step.relative_gradient);
-    add(step.max_displacement);
-    for (const Eigen::Vector3d& displacement : step.probe_displacements) {
-      for (int k = 0; k < 3; ++k) add(displacement[k]);
-    }
-    const double none = std::numeric_limits<double>::quiet_NaN();
-    for (size_t f = 0; f < step.fingers.size(); ++f) {
-      const FingerReport& finger = step.fingers[f];
-      add(finger.travel);
-      add(finger.normal_force);
-      add(HasStiffness(step) ? step.grasp->stiffness(f, f) : none);
-      add(finger.contact_area);
-      add(finger.penetration);
-    }
-    if (!scene.fingers.empty()) {
-      add(step.grasp ? step.grasp->squeeze_work : none);
-      add(step.grasp ? step.grasp->closure_after.margin : none);
-    }
-    if (has_gas) {
-      add(step.gas->gauge_pressure);
-      add(step.gas->volume_ratio);
-    }
-    for (int k = 0; k < 3; ++k) add(step.reaction[k]);
-    text += ",";
-    if (step.negative_modes) text += std::to_string(*step.negative_modes);
-    text += step.limit_point ? ",1\n" : ",0\n";
-  }
-  return text;
-}
-
 // ---- summary.json ---------------------------------------------------------------------------
 
 Json Components(const Eigen::Vector3d& v) { return {{"x", v.x()}, {"y", v.y()}, {"z", v.z()}}; }
@@ -474,22 +416,6 @@ Json ToJson(const AccuracyReport& accuracy) {
           {"levels", std::move(levels)}};
 }
 
-Json ToJson(const std::vector<ExpectResult>& results) {
-  Json list = Json::array();
-  for (const ExpectResult& result : results) {
-    Json entry = {{"quantity", result.quantity},
-                  {"value", Optional(result.value)},
-                  {"expected", result.expected},
-                  {"error", Optional(result.error)},
-                  {"tolerance", result.tolerance},
-                  {"relative", result.relative},
-                  {"holds", result.holds}};
-    if (!result.message.empty()) entry["message"] = result.message;
-    list.push_back(std::move(entry));
-  }
-  return list;
-}
-
 // ---- Expectations ---------------------------------------------------------------------------
 
 std::string Describe(const Json& node) {
@@ -544,6 +470,80 @@ const Json* Find(const Json& root, const std::string& path, std::string* message
 }
 
 }  // namespace
+
+std::string MakeHistoryCsv(const Scene& scene, const SolverSummary& summary) {
+  std::string text = "step,factor,iterations,converged,energy,relative_gradient,max_displacement";
+  for (const ProbeSpec& probe : scene.probes) {
+    for (const char* axis : {"x", "y", "z"}) {
+      text += ",probes." + probe.name + ".displacement." + axis;
+    }
+  }
+  for (const FingerSpec& finger : scene.fingers) {
+    for (const char* what :
+         {"travel", "normal_force", "stiffness", "contact_area", "penetration"}) {
+      text += ",fingers." + finger.name + "." + what;
+    }
+  }
+  if (!scene.fingers.empty()) text += ",grasp.squeeze_work,grasp.force_closure_after.margin";
+  const bool has_gas = !summary.steps.empty() && summary.steps.front().gas.has_value();
+  if (has_gas) text += ",gas.gauge_pressure,gas.volume_ratio";
+  text +=
+      ",supports.reaction.x,supports.reaction.y,supports.reaction.z,negative_modes,limit_point\n";
+  const auto add = [&](double value) {
+    text += ",";
+    if (std::isfinite(value)) text += FormatNumber(value);
+  };
+  for (size_t i = 0; i < summary.steps.size(); ++i) {
+    const LoadStep& step = summary.steps[i];
+    text += std::to_string(i + 1);
+    add(step.factor);
+    text += "," + std::to_string(step.iterations) + "," + (step.converged ? "1" : "0");
+    add(step.energy);
+    add(step.relative_gradient);
+    add(step.max_displacement);
+    for (const Eigen::Vector3d& displacement : step.probe_displacements) {
+      for (int k = 0; k < 3; ++k) add(displacement[k]);
+    }
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    for (size_t f = 0; f < step.fingers.size(); ++f) {
+      const FingerReport& finger = step.fingers[f];
+      add(finger.travel);
+      add(finger.normal_force);
+      add(HasStiffness(step) ? step.grasp->stiffness(f, f) : none);
+      add(finger.contact_area);
+      add(finger.penetration);
+    }
+    if (!scene.fingers.empty()) {
+      add(step.grasp ? step.grasp->squeeze_work : none);
+      add(step.grasp ? step.grasp->closure_after.margin : none);
+    }
+    if (has_gas) {
+      add(step.gas->gauge_pressure);
+      add(step.gas->volume_ratio);
+    }
+    for (int k = 0; k < 3; ++k) add(step.reaction[k]);
+    text += ",";
+    if (step.negative_modes) text += std::to_string(*step.negative_modes);
+    text += step.limit_point ? ",1\n" : ",0\n";
+  }
+  return text;
+}
+
+nlohmann::ordered_json MakeExpectJson(const std::vector<ExpectResult>& results) {
+  Json list = Json::array();
+  for (const ExpectResult& result : results) {
+    Json entry = {{"quantity", result.quantity},
+                  {"value", Optional(result.value)},
+                  {"expected", result.expected},
+                  {"error", Optional(result.error)},
+                  {"tolerance", result.tolerance},
+                  {"relative", result.relative},
+                  {"holds", result.holds}};
+    if (!result.message.empty()) entry["message"] = result.message;
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
 
 bool EvaluateExpectations(const Scene& scene,
                           const nlohmann::ordered_json& summary,
@@ -763,7 +763,7 @@ bool WriteResults(const std::string& folder,
   if (!files.Add("shell.vtu", final_vtu, error) ||
       !files.Add("shell.pvd", Pvd(scene, summary), error) ||
       !files.Add("deformed.ply", writer.Ply(*final_state), error) ||
-      !files.Add("history.csv", History(scene, summary), error) ||
+      !files.Add("history.csv", MakeHistoryCsv(scene, summary), error) ||
       (!scene.fingers.empty() && !files.Add("contact.csv", Contact(scene, summary), error))) {
     return false;
   }
@@ -776,7 +776,7 @@ bool WriteResults(const std::string& folder,
   json["time_s"]["total"] = summary.setup_s + summary.solve_s + output_s;
   results->expectations_hold = EvaluateExpectations(scene, json, &results->expectations);
   results->converged = json["converged"].get<bool>();
-  json["expect"] = ToJson(results->expectations);
+  json["expect"] = MakeExpectJson(results->expectations);
   const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   files.Outdate("report.html");  // of an earlier run
   if (more) {

@@ -35,6 +35,8 @@ struct ExpectResult {
 bool EvaluateExpectations(const Scene& scene,
                           const nlohmann::ordered_json& summary,
                           std::vector<ExpectResult>* results);
+// How they come out as summary.json has it under `expect`.
+nlohmann::ordered_json MakeExpectJson(const std::vector<ExpectResult>& results);
 
 // The contents of summary.json but for `expect` and for time_s.output. Keys are stable; those of
 // effects that are off are there, empty or zero. A number that is not finite becomes null, and
@@ -43,6 +45,9 @@ bool EvaluateExpectations(const Scene& scene,
 nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
                                        const SolverSummary& summary,
                                        const AccuracyReport* accuracy);
+
+// The contents of history.csv.
+std::string MakeHistoryCsv(const Scene& scene, const SolverSummary& summary);
 
 struct Results {
   nlohmann::ordered_json summary;

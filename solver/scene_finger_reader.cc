@@ -85,8 +85,7 @@ bool FingerReader::ReadShape(const YamlField& field, FingerSpec* finger) {
           !ReadText(entry, "the name of a mesh file", &file)) {
         return false;
       }
-      if (!ReadMesh(Resolve(file), mesh.get(), &error) ||
-          MakeMeshFinger(*mesh, &error) == nullptr) {
+      if (!ReadNamedMesh(file, mesh.get(), &error) || MakeMeshFinger(*mesh, &error) == nullptr) {
         return Fail(entry, Clean(error, 300), "a closed mesh, seen counterclockwise from outside");
       }
       finger->mesh = std::move(mesh);

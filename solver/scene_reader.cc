@@ -610,12 +610,14 @@ bool SceneParser::ReadExpect(const YamlField& field, ExpectSpec* expect) {
   return source == nullptr || ReadText(*source, "a text of one line", &expect->source);
 }
 
-bool ParseIn(const std::string& folder,
-             const std::string& text,
-             const std::string& file,
-             Scene* scene,
-             std::string* error,
-             const ReadOptions& options) {
+}  // namespace
+
+bool ParseSceneIn(const std::string& folder,
+                  const std::string& text,
+                  const std::string& file,
+                  Scene* scene,
+                  std::string* error,
+                  const ReadOptions& options) {
   SceneParser parser(file, folder, options);
   if (!parser.Parse(text)) {
     *error = parser.error();
@@ -624,8 +626,6 @@ bool ParseIn(const std::string& folder,
   *scene = parser.scene();
   return true;
 }
-
-}  // namespace
 
 bool ReadScene(const std::string& file,
                Scene* scene,
@@ -647,7 +647,7 @@ bool ReadScene(const std::string& file,
   if (stream.bad()) return fail("reading failed");
   text.resize(static_cast<std::size_t>(stream.gcount()));
   const std::string folder = std::filesystem::path(file).parent_path().string();
-  return ParseIn(folder, text, file, scene, error, options);
+  return ParseSceneIn(folder, text, file, scene, error, options);
 }
 
 bool ParseScene(const std::string& text,
@@ -655,7 +655,7 @@ bool ParseScene(const std::string& text,
                 Scene* scene,
                 std::string* error,
                 const ReadOptions& options) {
-  return ParseIn("", text, file, scene, error, options);
+  return ParseSceneIn("", text, file, scene, error, options);
 }
 
 bool ApplyOverrides(const SceneOverrides& overrides, Scene* scene, std::string* error) {

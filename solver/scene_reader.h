@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "solver/named_data.h"
 #include "solver/scene.h"
 
 namespace darboux {
@@ -12,6 +13,8 @@ struct ReadOptions {
   // Mend the mesh file of a scene (geometry/mesh_repair.h; holes stay). SurfaceSpec::mended tells
   // what was done. What cannot be mended is an error still.
   bool repair = false;
+  // Meshes that the scene names and that are not in files; must live as long as the reading takes.
+  const NamedData* data = nullptr;
 };
 
 // Reads a scene from a YAML file. Strict: an unknown or repeated key, a wrong type, a non-finite
@@ -27,12 +30,18 @@ bool ReadScene(const std::string& file,
                const ReadOptions& options = {});
 
 // The same from text; `file` is only the name used in messages, and a mesh is read from the
-// current folder.
+// current folder, or from `folder`.
 bool ParseScene(const std::string& text,
                 const std::string& file,
                 Scene* scene,
                 std::string* error,
                 const ReadOptions& options = {});
+bool ParseSceneIn(const std::string& folder,
+                  const std::string& text,
+                  const std::string& file,
+                  Scene* scene,
+                  std::string* error,
+                  const ReadOptions& options = {});
 
 // What a tool's command line says in place of the scene file; unset members change nothing.
 struct SceneOverrides {

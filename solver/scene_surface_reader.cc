@@ -189,13 +189,26 @@ std::string SurfaceReader::Resolve(const std::string& file) const {
   return (std::filesystem::path(folder_) / file).string();
 }
 
+std::string SurfaceReader::NameOf(const std::string& file) const {
+  return FindNamed(options_.data, &NamedData::meshes, file) != nullptr ? file : Resolve(file);
+}
+
+bool SurfaceReader::ReadNamedMesh(const std::string& name,
+                                  TriangleMesh* mesh,
+                                  std::string* error) const {
+  const TriangleMesh* const found = FindNamed(options_.data, &NamedData::meshes, name);
+  if (found == nullptr) return ReadMesh(Resolve(name), mesh, error);
+  *mesh = *found;
+  return true;
+}
+
 bool SurfaceReader::ReadMeshFile(const YamlMap& map, TriangleMesh* mesh) {
   constexpr char kAllowed[] = "the name of an .obj, .ply, .stl or .off file";
   YamlField field;
   std::string name, error;
   if (!Require(map, "file", kAllowed, &field) || !ReadText(field, kAllowed, &name)) return false;
-  const std::string file = Resolve(name);
-  if (!ReadMesh(file, mesh, &error)) return FailWith(field, Clean(error, kMaxMessage));
+  const std::string file = NameOf(name);
+  if (!ReadNamedMesh(name, mesh, &error)) return FailWith(field, Clean(error, kMaxMessage));
   const auto fail = [&](const std::string& found, const std::string& allowed) {
     return FailWith(field,
                     "found " + Clean(file, kMaxMessage) + ": " + found + "; allowed is " + allowed);

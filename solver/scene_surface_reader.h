@@ -49,6 +49,10 @@ class SurfaceReader : public YamlReader {
 
   // A file that the scene names.
   std::string Resolve(const std::string& file) const;
+  // What messages call it: a file with its folder.
+  std::string NameOf(const std::string& file) const;
+  // The mesh of this name: in memory (ReadOptions::data), or of a file.
+  bool ReadNamedMesh(const std::string& name, TriangleMesh* mesh, std::string* error) const;
 
   const SurfaceSpec& surface() const { return surface_; }
   const std::vector<SurfaceSample>& samples() const { return samples_; }

@@ -6,6 +6,7 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <mutex>
 
 #ifdef DARBOUX_HAVE_CHOLMOD
 #include <cholmod.h>
@@ -75,10 +76,15 @@ class FactorThreads {
  public:
   explicit FactorThreads(double flops) {
     constexpr double kWorthwhile = 3e9;
+    Shared& shared = TheShared();
+    const std::lock_guard<std::mutex> lock(shared.mutex);
     if (flops < kWorthwhile && openblas_set_num_threads != nullptr &&
         openblas_get_num_threads != nullptr) {
-      blas_threads_ = openblas_get_num_threads();
-      if (blas_threads_ > 1) openblas_set_num_threads(1);
+      limits_blas_ = true;
+      if (shared.num_blas++ == 0) {
+        shared.blas_threads = openblas_get_num_threads();
+        if (shared.blas_threads > 1) openblas_set_num_threads(1);
+      }
     }
     // An OpenBLAS that takes its threads from OpenMP keeps them.
     constexpr int kOpenMp = 2;
@@ -87,13 +93,22 @@ class FactorThreads {
       return;
     }
     if (Omp().get_max_active_levels != nullptr && Omp().set_max_active_levels != nullptr) {
-      omp_levels_ = Omp().get_max_active_levels();
-      if (omp_levels_ > 0) Omp().set_max_active_levels(0);
+      limits_omp_ = true;
+      if (shared.num_omp++ == 0) {
+        shared.omp_levels = Omp().get_max_active_levels();
+        if (shared.omp_levels > 0) Omp().set_max_active_levels(0);
+      }
     }
   }
   ~FactorThreads() {
-    if (blas_threads_ > 1) openblas_set_num_threads(blas_threads_);
-    if (omp_levels_ > 0) Omp().set_max_active_levels(omp_levels_);
+    Shared& shared = TheShared();
+    const std::lock_guard<std::mutex> lock(shared.mutex);
+    if (limits_blas_ && --shared.num_blas == 0 && shared.blas_threads > 1) {
+      openblas_set_num_threads(shared.blas_threads);
+    }
+    if (limits_omp_ && --shared.num_omp == 0 && shared.omp_levels > 0) {
+      Omp().set_max_active_levels(shared.omp_levels);
+    }
   }
   FactorThreads(const FactorThreads&) = delete;
   FactorThreads& operator=(const FactorThreads&) = delete;
@@ -104,8 +119,19 @@ class FactorThreads {
     return omp;
   }
 
-  int blas_threads_ = 0;
-  int omp_levels_ = 0;
+  // Both settings are the process': solvers in several threads share them, the last one that is
+  // done puts back what the first one found.
+  struct Shared {
+    std::mutex mutex;
+    int num_blas = 0, num_omp = 0;  // that live and limit
+    int blas_threads = 0, omp_levels = 0;
+  };
+  static Shared& TheShared() {
+    static Shared& shared = *new Shared;
+    return shared;
+  }
+
+  bool limits_blas_ = false, limits_omp_ = false;
 };
 
 class Cholmod : public SparseCholesky {
@@ -265,6 +291,11 @@ Eigen::VectorXi FillReducingOrder(const std::vector<int>& begin,
     constexpr int kLarge = 10000;
     common.method[0].ordering = n >= kLarge ? CHOLMOD_METIS : CHOLMOD_AMD;
     common.supernodal = CHOLMOD_SIMPLICIAL;
+    // METIS seeds C's rand and draws from it: one at a time, so that orders do not depend on what
+    // other threads do.
+    static std::mutex& metis = *new std::mutex;
+    std::unique_lock<std::mutex> lock(metis, std::defer_lock);
+    if (n >= kLarge) lock.lock();
     cholmod_sparse pattern = {};
     pattern.nrow = pattern.ncol = n;
     pattern.nzmax = rows.size();

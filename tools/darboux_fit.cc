@@ -7,23 +7,16 @@
 // Exit status: 0 done; 1 no match or not converged (what there is is written and marked), or the
 // results could not be written; 2 bad input, with nothing written. SIGINT and SIGTERM stop it.
 
-#include <chrono>
-#include <cmath>
+#include <cstdint>
 #include <cstdio>
-#include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "geometry/point_cloud.h"
-#include "geometry/shell_face.h"
-#include "solver/report_view.h"
 #include "solver/results.h"
-#include "solver/scan_results.h"
-#include "solver/shape_fit.h"
-#include "solver/shell_solver.h"
 #include "tools/html_report.h"
 #include "tools/progress.h"
+#include "tools/scan_fit.h"
 #include "tools/solver_flags.h"
 
 DEFINE_string(scan,
@@ -72,8 +65,6 @@ DEFINE_int32(seed,
 namespace darboux {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr HelpItem kArguments[] = {
     {"SCENE.yaml", "The scene, as of darboux_deform, whose shell was scanned."}};
 
@@ -118,42 +109,23 @@ constexpr Tool kTool = {
 
 void PrintError(const std::string& message) { progress::Error(message); }
 
-bool OneOf(const char* flag,
-           const std::string& value,
-           const std::vector<std::string>& allowed,
-           std::string* error) {
-  std::string list;
-  for (const std::string& word : allowed) {
-    if (word == value) return true;
-    list += (list.empty() ? "" : " | ") + word;
-  }
-  *error = std::string("--") + flag + ": found '" + value + "'; allowed " + list;
-  return false;
-}
-
-bool CheckFlags(std::string* error) {
+bool OptionsFromFlags(ScanFitOptions* options, std::string* error) {
   if (FLAGS_scan.empty()) {
     *error = "--scan: found no file; allowed the file of a scan";
     return false;
   }
-  if (!std::isfinite(FLAGS_noise) || FLAGS_noise < 0.0) {
-    *error = "--noise: found " + std::to_string(FLAGS_noise) + "; allowed >= 0";
-    return false;
-  }
-  if (!std::isfinite(FLAGS_weight) || FLAGS_weight < 0.0) {
-    *error = "--weight: found " + std::to_string(FLAGS_weight) + "; allowed >= 0";
-    return false;
-  }
-  if (!(FLAGS_undeformed_part > 0.0 && FLAGS_undeformed_part <= 1.0)) {
-    *error = "--undeformed_part: found " + std::to_string(FLAGS_undeformed_part) +
-             "; allowed 0 < part <= 1";
-    return false;
-  }
-  return OneOf("mode", FLAGS_mode, {"fit", "register"}, error) &&
-         (FLAGS_fingers.empty() || OneOf("fingers", FLAGS_fingers, {"scene", "none"}, error)) &&
-         OneOf("against", FLAGS_against, {"deformed", "rest"}, error) &&
-         OneOf("method", FLAGS_method, {"robust", "undeformed_first"}, error) &&
-         OneOf("face", FLAGS_face, {"outer", "inner", "middle"}, error);
+  options->mode = FLAGS_mode;
+  options->fingers = FLAGS_fingers;
+  options->against = FLAGS_against;
+  options->method = FLAGS_method;
+  options->undeformed_part = FLAGS_undeformed_part;
+  options->face = FLAGS_face;
+  options->noise = FLAGS_noise;
+  options->weight = FLAGS_weight;
+  options->seed = static_cast<std::uint64_t>(FLAGS_seed);
+  if (options->IsValid(error)) return true;
+  *error = "--" + *error;
+  return false;
 }
 
 void SayIteration(const ShapeFitIteration& iteration) {
@@ -183,16 +155,14 @@ void SayIteration(const ShapeFitIteration& iteration) {
 }
 
 int Run(int argc, char** argv) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
   std::vector<std::string> arguments, overridden;
   int exit_status = kExitBadInput;
   if (!ParseCommandLine(kTool, argc, argv, &arguments, &exit_status)) return exit_status;
   Scene scene;
-  SolverOptions options;
+  ScanFitOptions options;
   PointCloud scan;
   std::string error;
-  if (!CheckFlags(&error) || !SolverOptionsFromFlags(&options, &error) ||
+  if (!OptionsFromFlags(&options, &error) || !SolverOptionsFromFlags(&options.solver, &error) ||
       !ReadSceneWithFlags(arguments[0], &scene, &error) ||
       !ApplyFlags(&scene, &overridden, &error) || !ReadPointCloud(FLAGS_scan, &scan, &error)) {
     PrintError(error);
@@ -202,203 +172,33 @@ int Run(int argc, char** argv) {
     PrintError("--out: found " + error + "; allowed a folder that can be written to");
     return kExitBadInput;
   }
-  options.stop = StopOnSignal();
-  progress::Watch(false, "", &options);
-
-  // The shape that the scan is held against.
-  const bool fits = FLAGS_mode == "fit";
-  const bool has_causes = !scene.fingers.empty() || !scene.loads.empty();
-  const bool solves = fits ? FLAGS_fingers == "scene" || (FLAGS_fingers.empty() && has_causes)
-                           : FLAGS_against == "deformed";
-  std::unique_ptr<ShellProblem> solved, shell;
-  SolverSummary solver_summary;
-  if (solves && !Solve(scene, options, &solved, &solver_summary, &error)) {
+  options.solver.stop = StopOnSignal();
+  progress::Watch(false, "", &options.solver);
+  options.on_iteration = SayIteration;
+  ScanFit fit;
+  if (!FitScan(scene, scan.points, FLAGS_scan, options, &fit, &error)) {
     PrintError(error);
     return kExitBadInput;
   }
-  ShellProblem::Options shell_options;
-  shell_options.nonlinear = true;
-  shell_options.num_threads = options.num_threads;
-  shell = ShellProblem::Create(WithoutLoads(scene), shell_options, &error);
-  if (shell == nullptr) {
-    PrintError(error);
-    return kExitBadInput;
-  }
-  const double half = 0.5 * shell->material().thickness;
-  const double offset = FLAGS_face == "outer" ? half : FLAGS_face == "inner" ? -half : 0.0;
-
-  ShapeFitOptions fit_options;
-  fit_options.noise = FLAGS_noise;
-  fit_options.weight = FLAGS_weight;
-  fit_options.num_threads = options.num_threads;
-  fit_options.backend = options.backend;
-  fit_options.stop = options.stop;
-  fit_options.on_iteration = SayIteration;
-  RegistrationOptions& registration_options = fit_options.registration;
-  registration_options.seed = static_cast<std::uint64_t>(FLAGS_seed);
-  registration_options.num_threads = options.num_threads;
-  // A shape that is not fitted yet, or one that was computed and not measured, is off by more than
-  // the noise.
-  constexpr double kUnfitted = 0.03;
-  registration_options.max_relative_sigma = kUnfitted;
-
-  Json json = {{"tool", kTool.name},
-               {"scene", scene.name},
-               {"scan", FLAGS_scan},
-               {"points", scan.points.size()},
-               {"mode", FLAGS_mode},
-               {"converged", false},
-               {"verdict", ""}};
-  Eigen::Matrix3Xd displacements = Eigen::Matrix3Xd::Zero(3, shell->surface().mesh().num_vertices);
-  if (solves) displacements = solved->displacements();
-  RigidPose pose;
-  std::vector<ShellFace::Foot> feet;
-  std::vector<double> distances;
-  std::vector<char> counts;
-  bool done = false;
-  std::string verdict, report;
-  if (fits) {
-    ShapeFitSummary summary;
-    if (!FitShape(shell.get(),
-                  solves ? displacements : Eigen::Matrix3Xd(),
-                  offset,
-                  scan.points,
-                  fit_options,
-                  &summary,
-                  &error)) {
-      PrintError(FLAGS_scan + ":0: " + error);
-      return kExitBadInput;
-    }
-    done = summary.converged;
-    verdict = summary.verdict;
-    report = summary.FullReport();
-    json["fingers"] = solves ? "scene" : "none";
-    json["registration"] = ToJson(summary.registration);
-    if (summary.registration.matched) {
-      displacements = summary.displacements;
-      pose = summary.pose;
-      feet = summary.feet;
-      distances = summary.distances;
-      counts = summary.counts;
-      const double largest = summary.max_displacement;
-      json["pose"] = ToJson(pose);
-      json["noise"] = summary.noise;
-      json["weight"] = summary.weight;
-      json["misfit"] = summary.misfit;
-      json["energy"] = summary.energy;
-      json["iterations"] = summary.iterations;
-      Json trials = Json::array();
-      for (const ShapeFitSummary::Trial& trial : summary.trials) {
-        trials.push_back(
-            {{"weight", trial.weight}, {"misfit", trial.misfit}, {"iterations", trial.iterations}});
-      }
-      json["weights"] = trials;
-      json["max_displacement"] = largest;
-      json["outliers"] = summary.num_outliers;
-      json["beyond_boundary"] = summary.num_beyond_boundary;
-      json["inliers"] = ToJson(summary.inliers, largest);
-      json["all"] = ToJson(summary.all, largest);
-    }
-  } else {
-    ShellFace face(shell->surface(), offset);
-    face.SetDisplacements(displacements);
-    registration_options.undeformed_part = FLAGS_undeformed_part;
-    if (FLAGS_method == "undeformed_first") {
-      registration_options.method = RegistrationOptions::Method::kUndeformedFirst;
-    }
-    RegistrationSummary summary;
-    if (!Register(face, scan.points, registration_options, &summary, &error)) {
-      PrintError(FLAGS_scan + ":0: " + error);
-      return kExitBadInput;
-    }
-    done = summary.matched;
-    verdict = summary.verdict;
-    report = summary.FullReport();
-    json["against"] = FLAGS_against;
-    json["method"] = FLAGS_method;
-    json["registration"] = ToJson(summary);
-    pose = summary.pose;
-    feet = summary.feet;
-    distances = summary.distances;
-    if (!distances.empty()) {
-      const double largest = Deformation(shell->surface(), displacements).largest();
-      counts.assign(distances.size(), 1);
-      for (const int i : summary.outliers) counts[static_cast<size_t>(i)] = 0;
-      json["pose"] = ToJson(pose);
-      json["max_displacement"] = largest;
-      json["outliers"] = summary.outliers.size();
-      json["inliers"] = ToJson(summary.inliers, largest);
-      json["all"] = ToJson(summary.all, largest);
-      // The error of a computed shape is no outlier: the map shows all but what is far away.
-      const double far = 3.0 * registration_options.max_relative_sigma * shell->surface().size();
-      for (size_t i = 0; i < counts.size(); ++i) counts[i] = std::abs(distances[i]) <= far ? 1 : 0;
-    }
-  }
-  if (solves && !solver_summary.IsConverged()) {
-    done = false;
-    verdict += "; the scene's own equilibrium is not converged: " + solver_summary.message;
-  }
-  json["converged"] = done;
-  json["verdict"] = verdict;
-
-  std::vector<NamedFile> files;
-  if (!distances.empty()) {
-    ShellFace face(shell->surface(), offset);
-    face.SetDisplacements(displacements);
-    const std::vector<ExtraField> scan_fields = MakeScanFields(face, feet, distances, counts);
-    files.push_back({"shell.vtu", MakeVtu(*shell, displacements, scan_fields)});
-    files.push_back({"deformed.ply", MakeDeformedPly(*shell, displacements)});
-    files.push_back(
-        {"scan_registered.ply", MakeRegisteredPly(scan.points, pose, distances, counts)});
-  }
-  json["time_s"] = std::chrono::duration<double>(Clock::now() - start).count();
+  std::vector<NamedFile> files = ScanFitFiles(fit, scan.points);
   if (FLAGS_report) {
-    Report page = MakeReport(kTool.name, scene.name);
-    ReportShape shape;
-    shape.title = scene.name;
-    shape.problem = shell.get();
-    shape.scene = &scene;
-    if (solves) shape.states = StatesOf(solver_summary);
-    for (ReportState& state : shape.states) state.label = "computed, " + state.label;
-    if (!distances.empty()) {
-      // What is held against the scan; a shape that is not fitted is the last one there, or the
-      // shell at rest.
-      if (fits || shape.states.empty()) {
-        ReportState state;
-        state.label = fits ? "fitted to the scan" : "held against the scan";
-        state.displacements = &displacements;
-        shape.states.push_back(state);
-      }
-      ShellFace face(shell->surface(), offset);
-      face.SetDisplacements(displacements);
-      shape.distances = {CoveredDistance(MakeScanFields(face, feet, distances, counts))};
-      std::vector<Eigen::Vector3d> points;
-      for (const Eigen::Vector3d& x : scan.points) points.push_back(pose * x);
-      shape.clouds = {MakeCloud("scan, registered", "distance from the face", points, distances)};
-    }
-    AddShellView(shape, &page);
-    if (solves) {
-      AddHistory(scene, solver_summary, &page);
-      page.header["documents"]["summary"] = MakeSummaryJson(scene, solver_summary, nullptr);
-    }
-    page.header["documents"]["fit"] = json;
+    const Report page = MakeFitReport(fit, scan.points);
     files.push_back({kReportFile, MakeReportHtml(page)});
   }
-  files.push_back({"fit.json", json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"});
   if (!WriteFiles(FLAGS_out, files, &error)) {
     PrintError(error);
     return kExitNotConverged;
   }
   if (!FLAGS_quiet) {
-    std::printf("%s: %s", scene.name.c_str(), report.c_str());
+    std::printf("%s: %s", scene.name.c_str(), fit.report.c_str());
     std::printf("results in %s: %zu files, fit.json%s\n",
                 FLAGS_out.c_str(),
                 files.size(),
                 FLAGS_report ? ", report.html" : "");
     std::fflush(stdout);
   }
-  if (done) return kExitDone;
-  PrintError(verdict);
+  if (fit.converged) return kExitDone;
+  PrintError(fit.verdict);
   return kExitNotConverged;
 }
 

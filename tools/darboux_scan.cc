@@ -32,11 +32,11 @@
 #include "geometry/surface_of_revolution.h"
 #include "geometry/text_file.h"
 #include "solver/accuracy.h"
-#include "solver/fields.h"
 #include "solver/file_set.h"
 #include "solver/report_view.h"
 #include "solver/results.h"
 #include "solver/scan_results.h"
+#include "solver/scanned_state.h"
 #include "solver/shell_solver.h"
 #include "tools/html_report.h"
 #include "tools/progress.h"
@@ -357,33 +357,12 @@ int SolveScene(const std::string& file, Target* target, std::string* error) {
              " has not converged, nothing is scanned";
     return kExitNotConverged;
   }
-  const ShellSurface& surface = target->problem->surface();
   target->thickness = scene.shell.thickness;
-  const double offset = 0.5 * target->thickness;
-  if (FLAGS_sampling == "vertices") {
-    OutputMesh mesh = MakeOutputMesh(surface);
-    for (const ElementPoint& at : mesh.points) {
-      target->surface.points.push_back(EvaluateFace(surface, step.displacements, offset, at));
-      target->surface.mesh.vertices.push_back(target->surface.points.back().position);
-    }
-    target->surface.mesh.triangles = std::move(mesh.triangles);
-  } else {
-    // Fine elements need not be cut as finely.
-    constexpr double kTriangles = 1e5;
-    const int parts = std::clamp(
-        static_cast<int>(std::lround(std::sqrt(kTriangles / surface.num_elements()))), 1, 4);
-    target->surface = ScanSurfaceOf(surface, step.displacements, offset, parts);
-  }
-  for (std::size_t f = 0; f < scene.fingers.size(); ++f) {
-    const FingerSpec& spec = scene.fingers[f];
-    if (spec.shape == FingerSpec::Shape::kPin) continue;  // As thin as a ray.
-    Occluder body;
-    body.shape = MakeFinger(spec, &body.pose, error);
-    if (body.shape == nullptr) return kExitBadInput;
-    const Eigen::Vector3d direction(spec.direction[0], spec.direction[1], spec.direction[2]);
-    body.pose.position += (step.fingers[f].shift + step.fingers[f].travel) * direction;
-    target->occluders.push_back(std::move(body));
-  }
+  target->surface =
+      ScannedFace(*target->problem,
+                  step,
+                  FLAGS_sampling == "vertices" ? ScanSampling::kVertices : ScanSampling::kArea);
+  if (!FingersOf(scene, step, &target->occluders, error)) return kExitBadInput;
   target->summary = summary;
   const Json all = MakeSummaryJson(scene, summary, nullptr);
   Json& solution = target->solution = Json::object();

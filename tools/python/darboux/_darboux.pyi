@@ -1,0 +1,6 @@
+# Internals, in C++; the package around it has the types.
+from typing import Any
+
+class InputError(ValueError): ...
+
+def __getattr__(name: str) -> Any: ...
