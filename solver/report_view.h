@@ -26,7 +26,8 @@ struct Report {
 };
 
 // header = {"format": 1, "tool", "name", "views": [], "documents": {}}. `documents` are what the
-// tool writes as JSON: "summary", "fit", "truth", "accuracy", "calibration".
+// tool writes as JSON: "summary", "fit", "truth", "accuracy", "calibration". Whoever knows the unit
+// of length adds "units": {"length": "mm"}.
 Report MakeReport(const std::string& tool, const std::string& name);
 
 // Points beside a shape: a scan, in the frame of the shape, and a number for each point.
