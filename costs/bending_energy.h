@@ -5,6 +5,7 @@
 
 namespace darboux {
 
+// The bending strain as StrainEnergy asks for it.
 struct BendingKernel {
   static constexpr int kInputs = kBendingInputs;
   static constexpr int kFirstRow = kRowD1;

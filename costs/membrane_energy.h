@@ -5,6 +5,7 @@
 
 namespace darboux {
 
+// The membrane strain as StrainEnergy asks for it.
 struct MembraneKernel {
   static constexpr int kInputs = kMembraneInputs;
   static constexpr int kFirstRow = kRowD1;

@@ -27,6 +27,7 @@ namespace darboux {
 // face does not deform.
 class ScanDistance : public ceres::CostFunction {
  public:
+  // What is fixed of one point while its block is minimised; letters as above.
   struct Foot {
     Eigen::Vector3d point = Eigen::Vector3d::Zero();     // y
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  // f_0 - sum_i N_i u_0i

@@ -22,6 +22,7 @@ namespace darboux {
 // Parameters: one block of 3 per control vertex.
 class Support : public ceres::CostFunction {
  public:
+  // One linear condition, sum_i a_i . u_i = target, in the notation above.
   struct Condition {
     Eigen::Matrix3Xd coefficients;   // column i: a_i
     double stiffness = 0.0;          // k, > 0

@@ -8,6 +8,7 @@
 
 namespace darboux {
 
+// Where a shape first touches.
 struct Touch {
   double shift = 0.0;  // of the shape along its direction; negative where it overlapped
   int point = -1;      // which point it then touches

@@ -50,6 +50,7 @@ struct MeshRefinement {
 // Point of a child in its parent, point of a triangle in the child that has it.
 ElementPoint ParentPoint(int child, const ElementPoint& point);
 
+// The displacement space of a locally refined mesh, as ShellSurface takes it.
 class HierarchicalMesh {
  public:
   static constexpr int kMaxLevels = 20;
@@ -68,6 +69,7 @@ class HierarchicalMesh {
   // levels that leaves depend on its vertices, those made of others with LoopMesh::folds.
   const LoopMesh& mesh() const { return mesh_; }
 
+  // A leaf: its triangle by its number among those of its level.
   struct Cell {
     int level = 0;
     std::int64_t triangle = 0;

@@ -10,6 +10,7 @@
 
 namespace darboux {
 
+// What MeshImplicitSurface takes for a mistake, and how fine it may get.
 struct ImplicitMeshOptions {
   // Cut the surface along the box where it leaves it; else that is a mistake.
   bool allow_boundary = false;

@@ -26,6 +26,7 @@ Eigen::Matrix<double, 6, 12> EvaluateRegularLoopBasis(double s, double t);
 // Evaluation is const and safe from several threads.
 class LoopBasis {
  public:
+  // How elements are evaluated.
   struct Options {
     bool regular_fast_path = true;  // false: OpenSubdiv for every element (tests, comparison).
   };

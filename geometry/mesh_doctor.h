@@ -43,6 +43,7 @@ std::string Name(MeshDefect::Kind kind);
 // "3, 7, 9"; after eight "... and 12 more".
 std::string ListIds(const std::vector<int>& ids);
 
+// What a mesh is to be, and how closely it is looked at.
 struct MeshDoctorOptions {
   bool closed = false;       // Boundary loops are holes.
   bool allow_seams = false;  // A slit may lie open, as in a slit ring.

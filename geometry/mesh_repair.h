@@ -9,12 +9,14 @@
 
 namespace darboux {
 
+// What may be mended besides.
 struct MeshRepairOptions {
   // Boundary loops of at most so many edges are filled, 0 to 500. Unless the mesh has to be closed,
   // the longest loop of each piece is its rim and stays.
   int max_hole_edges = 0;
 };
 
+// What was done to a mesh, and what is wrong with it still.
 struct MeshReport {
   std::vector<std::string> mended;  // One line for each thing done, in this order; empty: nothing.
   std::vector<MeshDefect> defects;  // That are left.

@@ -19,6 +19,7 @@ class EdgeTable {
     int corner = 0;
     bool is_forward = true;  // From the lower to the higher vertex.
   };
+  // An edge with the triangles at it, whichever way these are wound.
   struct Edge {
     std::array<int, 2> vertices{};  // Ascending.
     int first = 0;                  // Its sides are sides()[first] to sides()[first + count - 1],

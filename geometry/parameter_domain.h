@@ -34,6 +34,7 @@ enum class Side { kUMin = 0, kUMax = 1, kVMin = 2, kVMax = 3 };
 // spreads the cells in any other way.
 class ParameterDomain {
  public:
+  // The rectangle and its lattice.
   struct Options {
     std::array<double, 2> u_range{0.0, 1.0};  // ascending
     std::array<double, 2> v_range{0.0, 1.0};

@@ -34,6 +34,7 @@ struct PointCloud {
 //   y ux uy.
 // .ply, .obj, .stl, .off: the vertices, see mesh_io.h, used or not, and where ply has them
 //   normals (nx ny nz) and displacements (ux uy uz).
+//
 // Normals become unit vectors; unit ones already, to 1e-14, stay as they are. Points that are not
 // finite are an error: a line that names the first and counts them; so are displacements and
 // normals of that kind and normals of no length, and a file without points. False with one line

@@ -12,6 +12,7 @@ namespace darboux {
 class PointTree {
  public:
   static constexpr int kMost = 16;
+  // The points nearest to a place, `count` of them, nearest first.
   struct Neighbours {
     int count = 0;
     std::array<int, kMost> index{};       // of the points given

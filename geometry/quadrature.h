@@ -5,6 +5,7 @@
 
 namespace darboux {
 
+// A point of a rule on a triangle.
 struct TrianglePoint {
   double s, t;    // inside the triangle (0,0), (1,0), (0,1)
   double weight;  // weights of a rule add up to 1/2, the area of that triangle
@@ -16,6 +17,7 @@ struct TrianglePoint {
 const std::vector<TrianglePoint>& TriangleQuadrature(int num_points);
 bool IsTriangleQuadrature(int num_points);
 
+// A point of a rule on the interval [0, 1].
 struct LinePoint {
   double x;       // in (0, 1)
   double weight;  // weights of a rule add up to 1

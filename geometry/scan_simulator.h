@@ -20,6 +20,7 @@ namespace darboux {
 // makes measured points differ from the face, and the truth about each of them. For tests of
 // whoever registers, fits and calibrates; so nothing here uses how these work.
 
+// A point of the face that is scanned.
 struct FacePoint {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit, outward; zero: not known
@@ -73,6 +74,7 @@ std::vector<Eigen::Vector3d> ViewpointsAround(const ScanSurface& surface,
                                               int count,
                                               double distance);
 
+// The scanner: where it stands, what it gets wrong, and in which frame it measures.
 struct ScanOptions {
   std::uint64_t seed = 1;
   // Points of the scan, 1 to 1e7, outliers included. Of given points as many as are seen, at most
@@ -110,6 +112,7 @@ struct ScanOptions {
   bool IsValid(std::string* error) const;
 };
 
+// What is wrong with a point: shifted along its ray (spike) or anywhere (stray).
 enum class OutlierKind { kNone = 0, kSpike = 1, kStray = 2 };
 
 // What is known about a point, in the frame of the model.
@@ -123,6 +126,7 @@ struct ScanTruth {
   OutlierKind outlier = OutlierKind::kNone;
 };
 
+// The measured points, and the truth about them.
 struct Scan {
   PointCloud cloud;  // in the scanner's frame; normals are those of the face, where it has any
   std::vector<ScanTruth> truth;  // of each point

@@ -27,6 +27,7 @@ class ShellFace {
   const ShellSurface& surface() const;
   double offset() const;
 
+  // A point of the face, the nearest one to a point in space where one was asked for.
   struct Foot {
     ElementPoint at;
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  // on the face

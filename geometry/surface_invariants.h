@@ -80,6 +80,7 @@ struct SurfaceInvariants {
   }
 };
 
+// What counts as an umbilic (umbilic_tolerance of the condition above).
 struct SurfaceInvariantsOptions {
   // Dimensionless, >= 0. The default keeps about twelve digits in what the derivatives of the
   // principal vectors enter into.

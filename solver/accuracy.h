@@ -27,6 +27,7 @@ struct AccuracyLevel {
   double seconds = 0.0;  // of all its solutions, with what it took to choose its mesh
 };
 
+// The certificate: how far off the answer may be, and why it is no nearer.
 struct AccuracyReport {
   double target = 0.0;
   // Relative errors of the goals (solver/goal_response.h), the worst of each kind, estimated:
@@ -42,6 +43,7 @@ struct AccuracyReport {
   std::vector<AccuracyLevel> levels;
 };
 
+// Limits of a refinement.
 struct AccuracyOptions {
   int max_dof = 200000;
   std::function<void(const AccuracyLevel&)> on_level;  // after each level
@@ -60,11 +62,9 @@ struct AccuracyOptions {
 //   resolution  grows by what the estimate lacks: twice the cells while the order is not known, up
 //               to four times after that;
 //   meshes      (mesh, icosphere, implicit) keep their shape, whose unknowns are refined locally
-//   where
-//               goals say so (solver/mesh_refinement.h);
+//               where goals say so (solver/mesh_refinement.h);
 //   quadrature  of parametric surfaces: three points a triangle, or six where on the second lattice
-//   six move the goals by
-//               more than half of the estimated error.
+//               six move the goals by more than half of the estimated error.
 //
 // Ends early, and says so, where the next level has more than max_dof or does not fit into the
 // time that is left, where a level does not converge (one that has no predecessor is tried on finer

@@ -44,18 +44,21 @@ struct StudySettings {
 };
 bool operator==(const StudySettings& a, const StudySettings& b);
 
+// One run of a study.
 struct PlannedRun {
   StudySettings settings;
   int level = 0;   // of resolution, 0 = coarsest
   int family = 0;  // runs that differ in nothing but resolution; 0: the scene's own settings
 };
 
+// All runs of a study.
 struct StudyPlan {
   std::vector<PlannedRun> runs;       // the scene's own first, then level by level
   std::vector<std::string> families;  // how each differs from the scene's own; 0: its settings
   std::vector<std::string> notes;     // what is not varied and why
 };
 
+// What a study varies.
 struct PlanOptions {
   // Empty: all. Without kResolution the scene's own resolution alone.
   std::vector<StudyAxis> axes;

@@ -67,6 +67,7 @@ struct FamilyValues {
   std::vector<std::vector<double>> values;  // [level][quantity]
 };
 
+// Values extrapolated from runs, which errors may be measured against.
 struct RichardsonReference {
   std::vector<StudyQuantity> quantities;
   std::vector<std::optional<double>> orders;  // of each quantity

@@ -46,6 +46,7 @@ RunOutcome RunHere(const Scene& scene, const SolverOptions& options);
 // In a process of its own (solver/forked_run.h): a crash is an outcome, memory is told.
 RunOutcome RunInChild(const Scene& scene, const SolverOptions& options);
 
+// A run with its outcome, and what it is worth.
 struct StudyRun {
   PlannedRun plan;
   std::array<int, 2> divisions{0, 0};  // parametric kinds
@@ -62,6 +63,7 @@ struct StudyRun {
   double CountedError() const { return std::max(error->error, error->uncertainty); }
 };
 
+// What errors are measured against.
 struct StudyReference {
   enum class Kind { kNone, kExpect, kRichardson };
   Kind kind = Kind::kNone;
@@ -70,12 +72,14 @@ struct StudyReference {
   std::string method;        // in words
 };
 
+// The least seconds that reach an error.
 struct CheapestRun {
   double target = 0.0;
   int run = -1;  // of the scene's own model, index into Study::runs; -1: not reached
   std::string text;
 };
 
+// Everything that a study has found.
 struct Study {
   std::string name;  // of the scene
   bool count_cpu = false;
@@ -89,6 +93,7 @@ struct Study {
   bool established = false;  // there is a reference and a run with an error
 };
 
+// What a study varies, and what it may cost.
 struct StudyOptions {
   PlanOptions plan;
   SolverOptions solver;     // its time limit is that of the whole study; 0 = none

@@ -63,24 +63,28 @@ namespace darboux {
 // height z above it, moves by u + z (n' - n), n the normal at rest and n' that of the state; others
 // are left out.
 struct CalibrationSpec {
+  // What is asked and known of one parameter of the shell.
   struct Parameter {
     bool asked = false;
     std::optional<double> start;
     std::optional<double> prior, prior_error;  // both or none
     SceneLocation location;
   };
+  // A measured force of a finger, along its direction.
   struct ForceReading {
     int finger = 0;  // of the scene
     double value = 0.0;
     double error = 0.0;  // > 0
     SceneLocation location;
   };
+  // A scan of the outer face.
   struct Scan {
     std::string file;
     PointCloud cloud;
     std::optional<RigidPose> pose;  // known and exact; else unknown
     SceneLocation location;
   };
+  // Measured displacements of many points.
   struct Field {
     std::string file;
     PointCloud cloud;                                  // with displacements
@@ -90,6 +94,7 @@ struct CalibrationSpec {
     bool free_motion = true;   // an unknown rigid motion is part of what was measured
     SceneLocation location;
   };
+  // A measured state of the shell, with all that was measured of it.
   struct Grasp {
     std::string scene_file;
     Scene scene;
@@ -135,6 +140,7 @@ struct CalibrationIteration {
   std::string text;  // all of it but the last, in a line
 };
 
+// How the parameters are searched for.
 struct CalibrationOptions {
   SolverOptions solver;
   int max_iterations = 30;
@@ -142,11 +148,13 @@ struct CalibrationOptions {
   std::function<void(const CalibrationIteration&)> on_iteration;
 };
 
+// The answer: values, what is known of them, and how well the measurements agree.
 struct CalibrationSummary {
   enum class Termination { kNotRun, kConverged, kNotConverged, kNoMatch, kStopped, kFailed };
   Termination termination = Termination::kNotRun;
   std::string message = "not run";
 
+  // A parameter that was asked for.
   struct Estimate {
     StateParameter parameter = StateParameter::kYoungModulus;
     double value = 0.0;
@@ -169,10 +177,12 @@ struct CalibrationSummary {
   };
   std::vector<Sensitivity> sensitivities;
 
+  // A reading against the computed force.
   struct Force {
     std::string finger;
     double reading = 0.0, model = 0.0, error = 0.0;
   };
+  // A scan against the computed face.
   struct Scan {
     std::string file;
     RigidPose pose;
@@ -181,6 +191,7 @@ struct CalibrationSummary {
     int points = 0;
     double inliers = 0.0;  // part of the points within three deviations
   };
+  // A measured field against the computed displacements.
   struct Field {
     std::string file;
     double rms = 0.0;            // of a measured component, of inliers
@@ -191,6 +202,7 @@ struct CalibrationSummary {
     double deformation = 0.0;    // largest displacement without rigid motion
     double rotation = 0.0;       // of the rigid motion, rad
   };
+  // A measured state against the computed one.
   struct Grasp {
     std::string scene;
     Theory theory = Theory::kAuto;

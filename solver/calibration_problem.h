@@ -50,6 +50,7 @@ class CalibrationProblem : public ceres::EvaluationCallback {
     Eigen::Matrix<double, 5, Eigen::Dynamic> rates;
     std::vector<Eigen::Vector3d> moved;  // points on the shell's side
   };
+  // A measured field, with where its points are on the shell.
   struct Field {
     int grasp = 0;
     std::array<bool, 3> components{};
@@ -66,6 +67,7 @@ class CalibrationProblem : public ceres::EvaluationCallback {
     Eigen::Matrix3Xd model;                 // displacement of the state
     std::array<Eigen::Matrix3Xd, 5> rates;  // by theta and travel
   };
+  // A force reading.
   struct Force {
     int grasp = 0, finger = 0;
     double reading = 0.0, error = 0.0, time = 0.0;

@@ -29,6 +29,7 @@ struct FieldSite {
 
 FieldSite MakeFieldSite(const ShellSurface& surface, const ElementPoint& at);
 
+// What the results say of one point of a deformed shell.
 struct ShellFields {
   Eigen::Vector3d position;      // at rest, m
   Eigen::Vector3d displacement;  // m

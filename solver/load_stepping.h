@@ -19,6 +19,7 @@ namespace darboux {
 // descent. Keeps the last good state. Inside of the solver.
 class LoadStepping {
  public:
+  // How a step ended.
   struct Result {
     bool converged = false;
     int iterations = 0;

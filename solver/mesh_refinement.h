@@ -48,6 +48,7 @@ struct MeshRefinementOptions {
   bool IsValid(std::string* error) const;
 };
 
+// Where a mesh is too coarse, and how far off its answers may be.
 struct MeshRefinementReport {
   std::vector<double> indicators;  // of each element, >= 0
   // Their sum: an estimate of the sum of the relative errors of the quantities (of each component

@@ -24,6 +24,7 @@ inline double Since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+// When to stop: at a time, or when told to.
 struct Deadline {
   Clock::time_point start;
   double limit_s;

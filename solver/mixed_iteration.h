@@ -35,6 +35,7 @@ namespace darboux {
 // what it finds is checked by the caller.
 class MixedIteration {
  public:
+  // When to stop.
   struct Options {
     int max_iterations = 40;
     // Of |gradient|, relative to |supports| + |loads|; or kRoundings times what one rounding of the
@@ -47,6 +48,7 @@ class MixedIteration {
     // Told the iteration, the energy and the relative gradient of the state it starts from.
     std::function<void(int iteration, double energy, double relative_gradient)> on_iteration;
   };
+  // How it ended.
   struct Summary {
     bool converged = false;
     bool stopped = false;

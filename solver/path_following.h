@@ -27,6 +27,7 @@ namespace darboux {
 // iteration. Inside of the solver.
 class PathFollowing {
  public:
+  // An equilibrium on the path.
   struct Point {
     double factor = 0.0;
     int iterations = 0;

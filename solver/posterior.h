@@ -14,8 +14,7 @@ namespace darboux {
 // information matrix H = J^T J and a gradient J^T r. With t the parameters of interest and n the
 // nuisances,
 //
-//   S = H_tt - H_tn H_nn^+ H_nt,     covariance of t = S^-1                       (Schur
-//   complement)
+//   S = H_tt - H_tn H_nn^+ H_nt  (Schur complement),     covariance of t = S^-1
 //
 // A nuisance that nothing determines (the rotation of a scanned ball about its axis) is left where
 // it is: H_nn^+ is the pseudo-inverse. A combination of parameters of interest that nothing

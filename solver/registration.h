@@ -62,6 +62,7 @@ class Deformation {
   double largest_ = 0.0;
 };
 
+// How a scan is matched with a shell.
 struct RegistrationOptions {
   enum class Method {
     kRobust,
@@ -89,6 +90,7 @@ struct RegistrationOptions {
   bool IsValid(std::string* error) const;
 };
 
+// The pose of a scan, and how well it matches there.
 struct RegistrationSummary {
   bool matched = false;
   // In words: why not; or how good, and what is not determined.

@@ -20,6 +20,7 @@ namespace darboux {
 // collects views (a solved scene has one, a calibration one for each grasp) and the documents whose
 // numbers are shown beside them; tools/html_report.h makes a page of it.
 
+// All of a report.
 struct Report {
   nlohmann::ordered_json header;  // AddView and whoever fills it; see MakeReport
   ReportArrays arrays;
@@ -57,6 +58,7 @@ struct ReportState {
   const std::vector<ContactPointReport>* contact = nullptr;
 };
 
+// One shell of a report.
 struct ReportShape {
   std::string title;
   const ShellProblem* problem = nullptr;

@@ -49,6 +49,7 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
 // The contents of history.csv.
 std::string MakeHistoryCsv(const Scene& scene, const SolverSummary& summary);
 
+// What was written.
 struct Results {
   nlohmann::ordered_json summary;
   std::vector<ExpectResult> expectations;

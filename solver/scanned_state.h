@@ -13,6 +13,7 @@ namespace darboux {
 // What a scanner sees of a load step: the outer face of the deformed shell, and the fingers, which
 // hide parts of it. For SimulateScan (geometry/scan_simulator.h).
 
+// Which points are scanned.
 enum class ScanSampling {
   kArea,     // random points of the face, uniform by area
   kVertices  // the points of MakeOutputMesh (solver/fields.h)

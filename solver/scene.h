@@ -31,6 +31,7 @@ struct SceneLocation {
 struct SceneValue {
   Expression expression = Expression::Constant(0.0);
 };
+// Three of them.
 struct SceneVector {
   std::array<SceneValue, 3> component;
 };
@@ -43,6 +44,7 @@ struct RefineNearSpec {
   SceneLocation location;
 };
 
+// surface: the middle surface at rest.
 struct SurfaceSpec {
   std::string kind;                                  // plane, cylinder, ...
   std::shared_ptr<const ParametricSurface> surface;  // null for kinds that are meshes
@@ -67,6 +69,7 @@ struct SurfaceSpec {
   SceneLocation location;
 };
 
+// shell: what is made of it.
 struct ShellSpec {
   double thickness = 0.0;
   double young_modulus = 0.0;
@@ -75,9 +78,13 @@ struct ShellSpec {
   SceneLocation location;
 };
 
+// model.minimizer: the mixed iteration, Ceres, conjugate gradients.
 enum class Minimizer { kAuto, kMip, kCeres, kCg };
+// model.theory: strains linear in the displacements or not.
 enum class Theory { kAuto, kLinear, kNonlinear };
+// model.strains: frame-indifferent, or the paper's (costs/strain_measures.h).
 enum class Strains { kKoiter, kSeed };
+// model.boundary_rule: ghost vertices are unknowns, or folded as in the paper.
 enum class BoundaryRule { kIndependent, kSeedGhosts };
 // What happens to an equilibrium that is no minimum of the energy.
 enum class Unstable {
@@ -85,6 +92,7 @@ enum class Unstable {
   kLeave    // pushed along its lowest mode, either way, it goes down to a stable one
 };
 
+// model: how it is solved.
 struct ModelSpec {
   Minimizer minimizer = Minimizer::kAuto;
   Theory theory = Theory::kAuto;
@@ -104,6 +112,7 @@ struct Region {
   double radius = 0.0;             // kNear; 0 = the one nearest surface point
 };
 
+// An entry of supports: what holds the shell.
 struct SupportSpec {
   enum class Kind { kFix, kClamped, kSimplySupported, kSymmetry };
   Region on;
@@ -114,6 +123,7 @@ struct SupportSpec {
   SceneLocation location;
 };
 
+// A point of the surface, by its parameters or as the one nearest to a point in space.
 struct SurfacePoint {
   enum class Kind { kUv, kNearest };
   Kind kind = Kind::kUv;
@@ -122,12 +132,14 @@ struct SurfacePoint {
   SceneLocation location;
 };
 
+// How the pressure of a gas follows its volume.
 enum class GasLaw {
   kIsothermal,  // p V = const
   kAdiabatic,   // p V^1.4 = const
   kIsobaric     // p = const; no scene asks for it, the solver does
 };
 
+// An entry of loads; members are for the kinds that are named beside them.
 struct LoadSpec {
   enum class Kind {
     kPoint,           // force at a point
@@ -175,6 +187,7 @@ struct FingerSpec {
   SceneLocation location;
 };
 
+// An entry of probes: a point whose displacement is reported.
 struct ProbeSpec {
   std::string name;
   SurfacePoint at;
@@ -187,6 +200,7 @@ enum class PathControl {
   kArcLength      // the path's own length: through limit points and snap-backs to the full load
 };
 
+// path: how the loads grow.
 struct PathSpec {
   PathControl control = PathControl::kLoad;
   int probe = -1;       // kDisplacement: index in Scene::probes
@@ -206,6 +220,7 @@ struct ExpectSpec {
   SceneLocation location;
 };
 
+// All that a scene says.
 struct Scene {
   std::string name;
   SurfaceSpec surface;

@@ -9,6 +9,7 @@
 
 namespace darboux {
 
+// What a reader may do for a scene.
 struct ReadOptions {
   // Mend the mesh file of a scene (geometry/mesh_repair.h; holes stay). SurfaceSpec::mended tells
   // what was done. What cannot be mended is an error still.

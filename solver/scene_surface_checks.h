@@ -14,6 +14,7 @@
 
 namespace darboux {
 
+// A point of the grid of samples.
 struct SurfaceSample {
   double u, v;
   Eigen::Vector3d x;

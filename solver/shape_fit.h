@@ -44,6 +44,7 @@ struct ShapeFitIteration {
   double seconds_left_at_most = 0.0;
 };
 
+// How a shape is fitted to a scan.
 struct ShapeFitOptions {
   // Standard deviation of the scan along normals, in the unit of length; 0: estimated from
   // neighbouring points (EstimateNoise).
@@ -60,6 +61,7 @@ struct ShapeFitOptions {
   bool IsValid(std::string* error) const;
 };
 
+// The fitted shape, and how well it agrees with the scan.
 struct ShapeFitSummary {
   // Registration belongs, the iteration settled, and the misfit came down to the noise.
   bool converged = false;
@@ -71,6 +73,7 @@ struct ShapeFitSummary {
   double misfit = 0.0;  // root mean square of the distances of points that count
   double energy = 0.0;  // R at the end, in the scene's units
   int iterations = -1;
+  // A weight of the energy that was tried.
   struct Trial {
     double weight = 0.0, misfit = 0.0;
     int iterations = 0;

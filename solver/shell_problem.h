@@ -40,6 +40,7 @@ enum class Effect {
 constexpr int kNumEffects = 9;
 const char* ToString(Effect effect);
 
+// Whether a scene calls for an effect, and the size of its part of the problem.
 struct EffectReport {
   bool on = false;
   std::string why;
@@ -63,6 +64,7 @@ struct GasReport {
 // block of 3 per control vertex. Only effects the scene calls for add blocks.
 class ShellProblem {
  public:
+  // What the scene does not say of the problem.
   struct Options {
     bool nonlinear = false;
     bool tension_rows = true;  // nonlinear theory only (costs/membrane_energy.h)
@@ -130,6 +132,7 @@ class ShellProblem {
   // Dead forces at the present load factor, and those that follow the deformation, in the units of
   // problem().
   Eigen::Matrix3Xd DeadForce() const { return load_factor_ * dead_loads_.force; }
+  // A force that follows the deformation, and the element whose vertices it acts on.
   struct PlacedForce {
     int element;
     const FollowerForce* force;

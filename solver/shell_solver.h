@@ -32,6 +32,7 @@ struct StepReport {
   bool converged = false;
 };
 
+// How a scene is solved; the scene says what.
 struct SolverOptions {
   SparseBackend backend = SparseBackend::kAuto;
   int num_threads = 2;
@@ -55,12 +56,14 @@ struct SolverOptions {
   bool IsValid(std::string* error) const;
 };
 
+// An effect, and the energy that is in it at the end.
 struct EffectSummary {
   std::string name;
   EffectReport report;
   double energy = 0.0;
 };
 
+// A probe at the end.
 struct ProbeSummary {
   std::string name;
   Eigen::Vector3d position;  // rest position of the surface point
@@ -92,6 +95,7 @@ struct LoadStep {
   std::optional<GasReport> gas;
 };
 
+// What Solve has found and done; starts as "not run".
 struct SolverSummary {
   enum class Termination { kNotRun, kConverged, kNotConverged, kTimeLimit, kStopped, kFailed };
   Termination termination = Termination::kNotRun;

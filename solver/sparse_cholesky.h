@@ -9,6 +9,7 @@
 
 namespace darboux {
 
+// Who factorises.
 enum class SparseBackend {
   kAuto,         // SuiteSparse where it is there, else Eigen
   kSuiteSparse,  // CHOLMOD; its supernodal factorisation is GPL

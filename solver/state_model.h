@@ -34,6 +34,7 @@ ShellParameters ParametersOf(const Scene& scene);
 // scans have to tell.
 class StateModel {
  public:
+  // What the states have cost so far.
   struct Work {
     int solutions = 0, factorisations = 0, iterations = 0;
     double solve_s = 0.0, derivative_s = 0.0;

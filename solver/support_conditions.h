@@ -29,6 +29,7 @@ struct PlacedCondition {
   Eigen::Matrix<double, 1, 6> rigid_row = Eigen::Matrix<double, 1, 6>::Zero();
 };
 
+// The supports of a scene, as conditions on control vertices.
 struct SupportConditions {
   std::vector<PlacedCondition> conditions;
   // Control vertices held at zero one and all: boundary_rule seed_ghosts only.

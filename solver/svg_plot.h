@@ -9,6 +9,7 @@ namespace darboux {
 // Plots with two logarithmic axes as one self-contained SVG 1.1 file: panels side by side, a legend
 // common to all of them below.
 
+// Points that belong together.
 struct SvgSeries {
   std::string name;  // in the legend; empty: not there. One name has one colour and mark.
   std::vector<double> x, y;
@@ -17,11 +18,13 @@ struct SvgSeries {
   Style style = Style::kLineAndMarks;
 };
 
+// A value to compare with.
 struct SvgLevel {
   double y = 0.0;
   std::string label;
 };
 
+// One pair of axes.
 struct SvgPanel {
   std::string title, x_label, y_label;
   std::vector<SvgSeries> series;
