@@ -21,6 +21,7 @@ namespace darboux {
 // numbers are shown beside them; tools/html_report.h makes a page of it.
 
 // All of a report.
+// The data of one report, as far as it has been collected.
 struct Report {
   nlohmann::ordered_json header;  // AddView and whoever fills it; see MakeReport
   ReportArrays arrays;
@@ -59,6 +60,7 @@ struct ReportState {
 };
 
 // One shell of a report.
+// A shell in its states, and what is shown beside it: a view to be.
 struct ReportShape {
   std::string title;
   const ShellProblem* problem = nullptr;
