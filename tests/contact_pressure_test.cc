@@ -1,13 +1,16 @@
 #include "solver/contact_pressure.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <Eigen/Geometry>
-#include <numeric>
+#include <filesystem>
 #include <string>
 #include <vector>
 
+#include "solver/results.h"
 #include "tests/solve_util.h"
+#include "tests/vtu_util.h"
 
 namespace darboux {
 namespace {
@@ -88,6 +91,29 @@ TEST(OutputMeshTest, PlacesOfCornersAreTheirPoints) {
       EXPECT_LT((x - surface.Position(mesh.points[mesh.triangles[t][k]])).norm(), 1e-12);
     }
   }
+}
+
+TEST(ContactPressureFileTest, VtuHasItWhereThereAreFingersAndOnlyThere) {
+  const std::filesystem::path folder =
+      std::filesystem::path(::testing::TempDir()) / ("contact_" + std::to_string(getpid()));
+  const auto write = [&](const Solution& solution) {
+    Results results;
+    std::string error;
+    EXPECT_TRUE(WriteResults(
+        folder.string(), *solution.problem, solution.summary, nullptr, &results, &error))
+        << error;
+    return ReadVtu(folder / "shell.vtu");
+  };
+  const Solution ball = SolveScene(SceneFromText(Ball("{kind: sphere, radius: 12}", 3)));
+  Vtu vtu = write(ball);
+  ASSERT_EQ(vtu.arrays.count("contact_pressure"), 1u);
+  const OutputMesh mesh = MakeOutputMesh(ball.problem->surface());
+  EXPECT_EQ(
+      vtu.arrays["contact_pressure"],
+      MakeContactPressure(ball.problem->surface(), mesh, ball.summary.steps.back().contact_points));
+  EXPECT_EQ(write(SolveScene(SceneFromData("clamped_plate.yaml"))).arrays.count("contact_pressure"),
+            0u);
+  std::filesystem::remove_all(folder);
 }
 
 TEST(ContactPressureOfNothingTest, IsZero) {

@@ -55,6 +55,19 @@ TEST_F(FileSetTest, FilesAppearWhenAllAreThere) {
   EXPECT_EQ(Read("b"), std::string("\0\r\n", 3));
 }
 
+TEST_F(FileSetTest, WhatIsOutdatedGoesWithTheCommitUnlessItIsAdded) {
+  for (const char* name : {"a", "b", "c"}) std::ofstream(folder_ / name) << "old";
+  FileSet files(folder_.string());
+  files.Outdate("a");
+  files.Outdate("b");
+  files.Outdate("never there");
+  ASSERT_TRUE(files.Add("b", "new", &error_));
+  EXPECT_EQ(Read("a"), "old");
+  ASSERT_TRUE(files.Commit(&error_)) << error_;
+  EXPECT_EQ(Names(), (std::set<std::string>{"b", "c"}));
+  EXPECT_EQ(Read("b"), "new");
+}
+
 TEST_F(FileSetTest, NothingIsLeftOfWhatIsNotCommitted) {
   std::ofstream(folder_ / "a") << "old";
   fs::create_directory(folder_ / "b");
