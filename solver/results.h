@@ -87,13 +87,14 @@ bool WriteFiles(const std::string& folder, const std::vector<NamedFile>& files, 
 // files of fields and left out in history.csv; summary.json then says so and is not converged.
 //
 // False and *error, and the folder's earlier results as they were, where a file cannot be written.
-// `accuracy` may be null.
+// `accuracy` may be null. `more`: files that appear with the others (solver/exports.h).
 bool WriteResults(const std::string& folder,
                   const ShellProblem& problem,
                   const SolverSummary& summary,
                   const AccuracyReport* accuracy,
                   Results* results,
-                  std::string* error);
+                  std::string* error,
+                  const std::vector<NamedFile>& more = {});
 
 }  // namespace darboux
 

@@ -2,6 +2,7 @@
 // Sample runs:
 //   darboux_deform data/pinched_cylinder.yaml --out=pinched
 //   darboux_deform data/pinched_cylinder.yaml --out=pinched --theory=nonlinear --divisions=32,32
+//   darboux_deform data/pinched_cylinder.yaml --out=pinched --export=inp,csv,npz
 //
 // Exit status: 0 converged, and every `expect` of the scene holds; 1 not converged, an `expect`
 // fails, model.accuracy is not reached, interrupted, or the results could not be written; 2 bad
@@ -17,9 +18,21 @@
 #include <vector>
 
 #include "solver/accuracy.h"
+#include "solver/exports.h"
 #include "solver/results.h"
 #include "solver/shell_solver.h"
 #include "tools/solver_flags.h"
+
+DEFINE_string(export,
+              "",
+              "Formats besides, joined by commas: csv (fields_NNNN.csv, fields.csv), npz "
+              "(fields.npz, for NumPy), inp (shell.inp, the scene for CalculiX and Abaqus).");
+DEFINE_bool(export_only, false, "Write shell.inp and end, without solving; with --export=inp.");
+DEFINE_string(inp_element,
+              "auto",
+              "Elements of shell.inp: S3, S4, S6, S8R, C3D15 or C3D20R; S4, S8R and C3D20R on "
+              "parametric surfaces only. auto: S8R or, on meshes, S6; C3D20R or C3D15 where there "
+              "are fingers.");
 
 namespace darboux {
 namespace {
@@ -102,16 +115,59 @@ std::string Join(const std::vector<std::string>& words) {
   return text;
 }
 
+bool ExportOptionsFromFlags(const Scene& scene, ExportOptions* options, std::string* error) {
+  if (!FLAGS_export.empty() && !ParseExports(FLAGS_export, options, error)) {
+    *error = "--export: " + *error;
+    return false;
+  }
+  if (!ParseInpElement(FLAGS_inp_element, options, error) ||
+      !CheckExports(*options, scene, error)) {
+    *error = "--inp_element: " + *error;
+    return false;
+  }
+  if (FLAGS_export_only && (!options->inp || options->csv || options->npz)) {
+    *error = "--export_only: found --export=" + FLAGS_export + "; allowed with --export=inp";
+    return false;
+  }
+  return true;
+}
+
+// What a deck says otherwise than the scene: warnings, so that nothing is dropped in silence.
+void PrintRemarks(const std::vector<std::string>& remarks) {
+  for (const std::string& remark : remarks) {
+    std::fprintf(stderr, "%s: shell.inp: warning: %s\n", kTool.name, remark.c_str());
+  }
+}
+
+int ExportOnly(const Scene& scene, const ExportOptions& exports, int num_threads) {
+  std::vector<NamedFile> files;
+  std::vector<std::string> remarks;
+  std::string error;
+  if (!ExportScene(scene, exports, num_threads, &files, &remarks, &error)) {
+    PrintError(error);
+    return kExitBadInput;
+  }
+  if (!WriteFiles(FLAGS_out, files, &error)) {
+    PrintError(error);
+    return kExitNotConverged;
+  }
+  PrintRemarks(remarks);
+  if (!FLAGS_quiet) std::printf("%s: shell.inp in %s\n", scene.name.c_str(), FLAGS_out.c_str());
+  return kExitDone;
+}
+
 int Run(int argc, char** argv) {
   std::vector<std::string> arguments, overridden;
   int exit_status = kExitBadInput;
   if (!ParseCommandLine(kTool, argc, argv, &arguments, &exit_status)) return exit_status;
   Scene scene;
   SolverOptions options;
+  ExportOptions exports;
   std::string error;
   if (!SolverOptionsFromFlags(&options, &error) ||
       !ReadSceneWithFlags(arguments[0], &scene, &error) ||
-      !ApplyFlags(&scene, &overridden, &error)) {
+      !ApplyFlags(&scene, &overridden, &error) ||
+      !ExportOptionsFromFlags(scene, &exports, &error)) {
     PrintError(error);
     return kExitBadInput;
   }
@@ -120,6 +176,8 @@ int Run(int argc, char** argv) {
     PrintError("--out: found " + error + "; allowed a folder that can be written to");
     return kExitBadInput;
   }
+
+  if (FLAGS_export_only) return ExportOnly(scene, exports, options.num_threads);
 
   options.stop = StopOnSignal();
   if (!FLAGS_quiet) options.on_step = PrintStep;
@@ -146,11 +204,21 @@ int Run(int argc, char** argv) {
   }
 
   Results results;
-  if (!WriteResults(
-          FLAGS_out, *problem, summary, refines ? &accuracy : nullptr, &results, &error)) {
+  std::vector<NamedFile> exported;
+  std::vector<std::string> remarks;
+  if (!MakeFieldExports(*problem, exports, StatesOf(summary), {}, &exported, &error) ||
+      !MakeInpExport(*problem, exports, &summary, &exported, &remarks, &error) ||
+      !WriteResults(FLAGS_out,
+                    *problem,
+                    summary,
+                    refines ? &accuracy : nullptr,
+                    &results,
+                    &error,
+                    exported)) {
     PrintError(error);
     return kExitNotConverged;
   }
+  PrintRemarks(remarks);
 
   if (!FLAGS_quiet) {
     std::printf("%s: %s", scene.name.c_str(), summary.FullReport().c_str());

@@ -1,0 +1,48 @@
+#ifndef DARBOUX_SOLVER_INP_EXPORT_H_
+#define DARBOUX_SOLVER_INP_EXPORT_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "solver/inp_mesh.h"
+#include "solver/shell_problem.h"
+
+namespace darboux {
+
+// A scene as an input deck (.inp) of CalculiX CrunchiX 2.20, in the keywords that it shares with
+// Abaqus; what differs there is said in the deck's header. Facts about CalculiX are from its user's
+// manual: shells are expanded to solid elements of the same order (S8R to C3D20R, S6 to C3D15), a
+// held rotation becomes a mean rotation of the fibre, a shell's pressure P > 0 acts along the
+// normal, on the face below.
+struct InpOptions {
+  // None: as InpElementFor.
+  std::optional<InpElement> element;
+  // Load factors at the end of the deck's steps, ascending in magnitude or not; at least one.
+  std::vector<double> factors{1.0};
+  // Whether the problem is in the state that a solution has found: gas then has its pressure there,
+  // which the deck applies as a constant one.
+  bool solved = false;
+};
+
+struct InpDeck {
+  std::string text;
+  InpElement element = InpElement::kS6;
+  int num_nodes = 0, num_elements = 0;
+  // What the deck says otherwise than the scene, a sentence each; all are in its header as well.
+  std::vector<std::string> remarks;
+};
+
+// S8R on parametric surfaces, S6 on meshes; solid elements, C3D20R or C3D15, where there are
+// fingers, whose contact is with the shell's faces.
+InpElement InpElementFor(const Scene& scene);
+
+// False and *error where a mesh is asked for quadrilaterals.
+bool MakeInpDeck(const ShellProblem& problem,
+                 const InpOptions& options,
+                 InpDeck* deck,
+                 std::string* error);
+
+}  // namespace darboux
+
+#endif  // DARBOUX_SOLVER_INP_EXPORT_H_
