@@ -3,8 +3,8 @@
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <map>
 #include <memory>
@@ -12,6 +12,7 @@
 #include "solver/inp_finger.h"
 #include "solver/inp_loads.h"
 #include "solver/inp_supports.h"
+#include "solver/inp_text.h"
 #include "solver/support_conditions.h"
 
 namespace darboux {
@@ -19,16 +20,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-// CalculiX reads twenty characters of a number.
-std::string Number(double value) {
-  char text[40];
-  int digits = 15;
-  do {
-    std::snprintf(text, sizeof(text), "%.*g", digits, value);
-  } while (std::string(text).size() > 20 && --digits > 1);
-  return text;
-}
 
 // Contact's penalty relative to E/h: pressures of a tenth of E are let in by 5e-4 of the thickness.
 constexpr double kContactStiffness = 200.0;
@@ -82,62 +73,43 @@ class Writer {
     deck->num_nodes = next_node_ - 1;
     deck->num_elements = next_element_ - 1;
     deck->remarks = remarks_;
-    deck->text = Header() + model_ + steps_;
+    deck->text = InpHeader(scene_.name, mesh_, remarks_) + model_ + steps_;
   }
 
  private:
-  static std::string Triple(const Vector3d& x) {
-    return Number(x.x()) + ", " + Number(x.y()) + ", " + Number(x.z());
-  }
-  // Numbers, at most sixteen in a line.
-  static std::string List(const std::vector<int>& numbers) {
-    std::string text;
-    for (size_t i = 0; i < numbers.size(); ++i) {
-      text += std::to_string(numbers[i]);
-      const bool last = i + 1 == numbers.size();
-      text += last || i % 16 == 15 ? (last ? "\n" : ",\n") : ", ";
-    }
-    return text;
-  }
-  static std::string Set(const std::string& kind,
-                         const std::string& name,
-                         const std::vector<int>& numbers) {
-    return "*" + kind + ", " + kind + "=" + name + "\n" + List(numbers);
-  }
-
   void WriteShell() {
     model_ += "*NODE, NSET=SHELL\n";
     for (size_t i = 0; i < mesh_.nodes().size(); ++i) {
-      model_ += std::to_string(i + 1) + ", " + Triple(mesh_.nodes()[i].position) + "\n";
+      model_ += std::to_string(i + 1) + ", " + InpTriple(mesh_.nodes()[i].position) + "\n";
     }
     model_ += "*ELEMENT, TYPE=" + std::string(ToString(mesh_.element())) + ", ELSET=SHELL\n";
     for (size_t e = 0; e < mesh_.elements().size(); ++e) {
       std::vector<int> numbers = mesh_.ElementNodes(static_cast<int>(e));
       numbers.insert(numbers.begin(), static_cast<int>(e) + 1);
-      model_ += List(numbers);
+      model_ += InpList(numbers);
     }
     std::vector<int> middle;
     for (const InpMesh::Column& column : mesh_.columns()) {
       if (column.nodes[1] > 0) middle.push_back(column.nodes[1]);
     }
-    model_ += "** nodes of the middle surface\n" + Set("NSET", "MIDDLE", middle);
+    model_ += "** nodes of the middle surface\n" + InpSet("NSET", "MIDDLE", middle);
     for (const ProbeSpec& probe : scene_.probes) {
       const Vector3d x = surface_.Position(Resolve(probe.at, surface_));
       const InpMesh::Column& column = mesh_.columns()[mesh_.Nearest(x, mesh_.is_solid())];
-      model_ += Set("NSET", "PROBE_" + probe.name, {column.nodes[1]});
+      model_ += InpSet("NSET", "PROBE_" + probe.name, {column.nodes[1]});
       const double off = (column.position - x).norm();
       if (off > 1e-6 * surface_.size()) {
         remarks_.push_back("probe " + probe.name + ": node " + std::to_string(column.nodes[1]) +
-                           ", the nearest one, is " + Number(off) + " away from it");
+                           ", the nearest one, is " + InpNumber(off) + " away from it");
       }
     }
     const ShellSpec& shell = scene_.shell;
-    model_ += "*MATERIAL, NAME=SHELL\n*ELASTIC\n" + Number(shell.young_modulus) + ", " +
-              Number(PoissonRatio()) + "\n";
-    if (shell.density > 0.0) model_ += "*DENSITY\n" + Number(shell.density) + "\n";
+    model_ += "*MATERIAL, NAME=SHELL\n*ELASTIC\n" + InpNumber(shell.young_modulus) + ", " +
+              InpNumber(PoissonRatio()) + "\n";
+    if (shell.density > 0.0) model_ += "*DENSITY\n" + InpNumber(shell.density) + "\n";
     model_ += mesh_.is_solid() ? "*SOLID SECTION, ELSET=SHELL, MATERIAL=SHELL\n"
                                : "*SHELL SECTION, ELSET=SHELL, MATERIAL=SHELL\n" +
-                                     Number(shell.thickness) + "\n";
+                                     InpNumber(shell.thickness) + "\n";
   }
 
   // Solids have no modulus of compression at 1/2; a shell's stress is plane, so that the last part
@@ -149,7 +121,7 @@ class Writer {
     if (gas == nullptr) return;
     gas_pressure_ = options_.solved && problem_.has_gas() ? problem_.ReportGas().gauge_pressure
                                                           : gas->gauge_pressure;
-    const std::string pressure = Number(gas_pressure_);
+    const std::string pressure = InpNumber(gas_pressure_);
     remarks_.push_back(
         "gas: there is no keyword for gas whose pressure depends on its volume; the deck has a "
         "constant pressure of " +
@@ -180,12 +152,13 @@ class Writer {
       if (spec.force) {
         finger.guide_node = next_node_++;
         model_ += "** the travel of finger " + spec.name + "\n*NODE, NSET=TRAVEL_" + spec.name +
-                  "\n" + std::to_string(finger.guide_node) + ", " + Triple(Vector3d::Zero()) + "\n";
+                  "\n" + std::to_string(finger.guide_node) + ", " + InpTriple(Vector3d::Zero()) +
+                  "\n";
       }
       if (spec.shape == FingerSpec::Shape::kPin) {
         finger.pin_node =
             mesh_.columns()[mesh_.Nearest(surface_.Position(reports[f].touched), true)].nodes[1];
-        model_ += Set("NSET", "FINGER_" + spec.name, {finger.pin_node});
+        model_ += InpSet("NSET", "FINGER_" + spec.name, {finger.pin_node});
         remarks_.push_back(
             "finger " + spec.name +
             ": a pin pushes its node along its direction, and would pull it as well");
@@ -200,7 +173,7 @@ class Writer {
       fingers_.push_back(finger);
     }
     remarks_.push_back(
-        "fingers: meshed surfaces with contact by penalty, " + Number(ContactStiffness()) +
+        "fingers: meshed surfaces with contact by penalty, " + InpNumber(ContactStiffness()) +
         " of pressure per penetration; facets lie within the round shapes by up to 1 - cos(half an "
         "angle) of the radius, and a wall of solid elements is squeezed, which no shell is");
   }
@@ -228,7 +201,7 @@ class Writer {
               "; inner nodes, then those of its surface\n*NODE, NSET=FINGER_" + spec.name + "\n";
     for (const std::vector<Vector3d>* points : {&inner, &surface.vertices}) {
       for (const Vector3d& x : *points) {
-        model_ += std::to_string(next_node_++) + ", " + Triple(x) + "\n";
+        model_ += std::to_string(next_node_++) + ", " + InpTriple(x) + "\n";
       }
     }
     finger->first_element = next_element_;
@@ -236,13 +209,13 @@ class Writer {
     model_ += "*ELEMENT, TYPE=C3D6, ELSET=FINGER_" + spec.name + "\n";
     for (const std::array<int, 3>& t : surface.triangles) {
       const int below = finger->first_node, above = below + static_cast<int>(inner.size());
-      model_ += List({next_element_++,
-                      below + t[0],
-                      below + t[1],
-                      below + t[2],
-                      above + t[0],
-                      above + t[1],
-                      above + t[2]});
+      model_ += InpList({next_element_++,
+                         below + t[0],
+                         below + t[1],
+                         below + t[2],
+                         above + t[0],
+                         above + t[1],
+                         above + t[2]});
     }
     model_ += "*SOLID SECTION, ELSET=FINGER_" + spec.name + ", MATERIAL=SHELL\n";
     // What can touch: the part of the surface that looks along the way it closes.
@@ -274,11 +247,11 @@ class Writer {
       if (finger.spec->shape == FingerSpec::Shape::kPin) continue;
       const std::string& name = finger.spec->name;
       model_ += "*SURFACE INTERACTION, NAME=TOUCH_" + name +
-                "\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n" + Number(ContactStiffness()) +
-                "\n";
+                "\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n" +
+                InpNumber(ContactStiffness()) + "\n";
       if (finger.spec->friction > 0.0) {
-        model_ += "*FRICTION\n" + Number(finger.spec->friction) + ", " +
-                  Number(0.5 * ContactStiffness()) + "\n";
+        model_ += "*FRICTION\n" + InpNumber(finger.spec->friction) + ", " +
+                  InpNumber(0.5 * ContactStiffness()) + "\n";
       }
       model_ += "*CONTACT PAIR, INTERACTION=TOUCH_" + name + ", TYPE=SURFACE TO SURFACE\nSHELL_" +
                 name + ", FACE_" + name + "\n";
@@ -329,24 +302,34 @@ class Writer {
                     std::to_string(mesh_.columns()[c].nodes[1]) + "\n";
         }
         model_ +=
-            "*SPRING, ELSET=" + set + "\n" + std::to_string(k) + "\n" + Number(stiffness) + "\n";
+            "*SPRING, ELSET=" + set + "\n" + std::to_string(k) + "\n" + InpNumber(stiffness) + "\n";
       }
       remarks_.push_back("no support holds the shell against " + list +
-                         "; beside the fingers, soft springs of " + Number(stiffness) +
+                         "; beside the fingers, soft springs of " + InpNumber(stiffness) +
                          " at three nodes do");
       return;
     }
-    // Statically determinate: loads that balance leave no force there.
-    for (const int c : far) {
-      for (int k = 0; k < 3 && motions.cols() > 0; ++k) {
-        const InpMesh::Column& column = mesh_.columns()[c];
-        const auto row = frame_.DisplacementRow(column.position, Vector3d::Unit(k));
+    // Statically determinate: loads that balance leave no force there. Across the way to the centre
+    // first, so that a shell that grows evenly does not turn.
+    std::array<Matrix3d, 3> directions;
+    std::array<std::vector<Vector3d>, 3> held;
+    for (int i = 0; i < 3; ++i) {
+      const Vector3d out = mesh_.columns()[far[i]].position - frame_.center;
+      directions[i].col(2) = out.stableNormalized();
+      directions[i].col(0) = directions[i].col(2).unitOrthogonal();
+      directions[i].col(1) = directions[i].col(2).cross(directions[i].col(0));
+    }
+    for (const int k : {0, 1, 2}) {
+      for (int i = 0; i < 3 && motions.cols() > 0; ++i) {
+        const Vector3d direction = directions[i].col(k);
+        const auto row = frame_.DisplacementRow(mesh_.columns()[far[i]].position, direction);
         if ((row * motions).norm() < 0.05 * row.norm()) continue;
         supports_.rigid_rows.push_back(row);
-        supports_.conditions.push_back({{{{column.nodes[1], k + 1}, 1.0}}, 0.0});
+        held[i].push_back(direction);
         motions = free_motions();
       }
     }
+    for (int i = 0; i < 3; ++i) HoldNode(mesh_.columns()[far[i]].nodes[1], held[i], &supports_);
     remarks_.push_back("no support holds the shell against " + list +
                        "; the deck holds that many displacements at nodes, without a force where "
                        "the loads balance. Darboux keeps the mean motion at zero instead: compare "
@@ -368,15 +351,15 @@ class Writer {
     }
     for (size_t i = 0; i < groups.size(); ++i) {
       const std::string set = "AXES" + std::to_string(i + 1);
-      model_ += Set("NSET", set, groups[i].second) + "*TRANSFORM, NSET=" + set + ", TYPE=R\n" +
-                Triple(groups[i].first.row(0)) + ", " + Triple(groups[i].first.row(1)) + "\n";
+      model_ += InpSet("NSET", set, groups[i].second) + "*TRANSFORM, NSET=" + set + ", TYPE=R\n" +
+                InpTriple(groups[i].first.row(0)) + ", " + InpTriple(groups[i].first.row(1)) + "\n";
     }
     std::string equations, zeros;
     for (const InpCondition& condition : supports_.conditions) {
       if (condition.terms.size() == 1) {
         const InpDof& dof = condition.terms[0].first;
         if (condition.target == 0.0) {
-          zeros += Dofs(dof);
+          zeros += InpDofText(dof);
         } else {
           prescribed_.push_back({dof, condition.target});
         }
@@ -386,30 +369,16 @@ class Writer {
       if (condition.target != 0.0) {
         // An equation has no right-hand side: a node of its own has the value.
         const InpDof value{next_node_++, 1};
-        model_ += "*NODE\n" + std::to_string(value.node) + ", " + Triple(Vector3d::Zero()) + "\n";
+        model_ +=
+            "*NODE\n" + std::to_string(value.node) + ", " + InpTriple(Vector3d::Zero()) + "\n";
         terms.push_back({value, -1.0});
         prescribed_.push_back({value, condition.target});
       }
-      equations += Equation(terms);
+      equations += InpEquation(terms);
     }
     for (const Finger& finger : fingers_) AddFingerConditions(finger, &equations, &zeros);
     if (!equations.empty()) model_ += "*EQUATION\n" + equations;
     if (!zeros.empty()) model_ += "*BOUNDARY\n" + zeros;
-  }
-
-  static std::string Dofs(const InpDof& dof) {
-    const std::string number = std::to_string(dof.dof);
-    return std::to_string(dof.node) + ", " + number + ", " + number + "\n";
-  }
-
-  static std::string Equation(const std::vector<std::pair<InpDof, double>>& terms) {
-    std::string text = std::to_string(terms.size()) + "\n";
-    for (size_t i = 0; i < terms.size(); ++i) {
-      text += std::to_string(terms[i].first.node) + ", " + std::to_string(terms[i].first.dof) +
-              ", " + Number(terms[i].second);
-      text += i + 1 == terms.size() ? "\n" : i % 4 == 3 ? ",\n" : ", ";
-    }
-    return text;
   }
 
   // All nodes of a finger move alike: along its direction, by its travel.
@@ -422,7 +391,8 @@ class Writer {
       InpDof guide{finger.guide_node, 1};
       if (guide.node == 0) {
         guide.node = next_node_++;
-        model_ += "*NODE\n" + std::to_string(guide.node) + ", " + Triple(Vector3d::Zero()) + "\n";
+        model_ +=
+            "*NODE\n" + std::to_string(guide.node) + ", " + InpTriple(Vector3d::Zero()) + "\n";
         prescribed_.push_back({guide, finger.spec->travel});
       }
       const double scale = 1.0 / finger.direction[pivot];
@@ -433,17 +403,17 @@ class Writer {
         }
       }
       terms.push_back({guide, -scale});
-      *equations += Equation(terms);
+      *equations += InpEquation(terms);
       return;
     }
     if (!finger.spec->force) return;  // The steps have the displacements of its nodes.
     for (int node = finger.first_node; node < finger.first_node + finger.num_nodes; ++node) {
       for (int k = 0; k < 3; ++k) {
         if (finger.direction[k] == 0.0) {
-          *zeros += Dofs({node, k + 1});
+          *zeros += InpDofText({node, k + 1});
         } else {
           *equations +=
-              Equation({{{node, k + 1}, 1.0}, {{finger.guide_node, 1}, -finger.direction[k]}});
+              InpEquation({{{node, k + 1}, 1.0}, {{finger.guide_node, 1}, -finger.direction[k]}});
         }
       }
     }
@@ -455,7 +425,7 @@ class Writer {
     const bool inflates = gas_pressure_ != 0.0 && !scene_.fingers.empty();
     if (inflates) WriteStep(0.0, "gas alone");
     for (const double factor : options_.factors) {
-      WriteStep(factor, "load factor " + Number(factor));
+      WriteStep(factor, "load factor " + InpNumber(factor));
     }
   }
 
@@ -466,7 +436,7 @@ class Writer {
     steps_ += "** " + title + "\n";
     if (problem_.nonlinear() || touches) {
       steps_ += "*STEP, NLGEOM, INC=2000\n*STATIC\n" +
-                std::string(touches ? "0.05, 1.0, 1e-7, 0.125\n" : "0.1, 1.0, 1e-7, 0.25\n");
+                std::string(touches ? "0.05, 1.0, 1e-6, 0.125\n" : "0.1, 1.0, 1e-6, 0.25\n");
     } else {
       steps_ += "*STEP\n*STATIC\n";
     }
@@ -482,14 +452,14 @@ class Writer {
     for (const auto& [dof, target] : prescribed_) {
       const std::string number = std::to_string(dof.dof);
       text += std::to_string(dof.node) + ", " + number + ", " + number + ", " +
-              Number(factor * target) + "\n";
+              InpNumber(factor * target) + "\n";
     }
     for (const Finger& finger : fingers_) {
       if (finger.pin_node > 0 || finger.spec->force) continue;
       for (int k = 0; k < 3; ++k) {
         const std::string number = std::to_string(k + 1);
         text += "FINGER_" + finger.spec->name + ", " + number + ", " + number + ", " +
-                Number(factor * finger.spec->travel * finger.direction[k]) + "\n";
+                InpNumber(factor * finger.spec->travel * finger.direction[k]) + "\n";
       }
     }
     if (!text.empty()) steps_ += "*BOUNDARY\n" + text;
@@ -509,7 +479,7 @@ class Writer {
           // What rounding leaves of nothing is no line.
           if (std::abs(local[k]) <= 1e-14 * largest) continue;
           text += std::to_string(node) + ", " + std::to_string(first_dof + k) + ", " +
-                  Number(factor * local[k]) + "\n";
+                  InpNumber(factor * local[k]) + "\n";
         }
       }
     };
@@ -517,8 +487,8 @@ class Writer {
     add(loads_.moments, 4);
     for (const Finger& finger : fingers_) {
       if (!finger.spec->force) continue;
-      text +=
-          std::to_string(finger.guide_node) + ", 1, " + Number(factor * *finger.spec->force) + "\n";
+      text += std::to_string(finger.guide_node) + ", 1, " +
+              InpNumber(factor * *finger.spec->force) + "\n";
     }
     if (!text.empty()) steps_ += "*CLOAD\n" + text;
   }
@@ -528,7 +498,8 @@ class Writer {
     for (const Vector3d& acceleration : loads_.gravity) {
       const double size = acceleration.norm();
       if (size == 0.0) continue;
-      text += "SHELL, GRAV, " + Number(factor * size) + ", " + Triple(acceleration / size) + "\n";
+      text +=
+          "SHELL, GRAV, " + InpNumber(factor * size) + ", " + InpTriple(acceleration / size) + "\n";
     }
     if (!loads_.pressures.empty() || gas_pressure_ != 0.0) {
       // Gas has its pressure whatever the load factor.
@@ -539,10 +510,10 @@ class Writer {
         const std::string number = std::to_string(e + 1);
         if (mesh_.is_solid()) {
           // On the face below it pushes along n; above, the other half pulls.
-          text += number + ", P1, " + Number(0.5 * pressure * below[e]) + "\n";
-          text += number + ", P2, " + Number(-0.5 * pressure * above[e]) + "\n";
+          text += number + ", P1, " + InpNumber(0.5 * pressure * below[e]) + "\n";
+          text += number + ", P2, " + InpNumber(-0.5 * pressure * above[e]) + "\n";
         } else {
-          text += number + ", P, " + Number(pressure * below[e]) + "\n";
+          text += number + ", P, " + InpNumber(pressure * below[e]) + "\n";
         }
       }
     }
@@ -563,8 +534,6 @@ class Writer {
     steps_ += "*NODE FILE, FREQUENCY=100000\nU\n*EL FILE, FREQUENCY=100000\nS\n";
   }
 
-  // ---- Header -------------------------------------------------------------------------------
-
   void Remark() {
     if (scene_.path.control == PathControl::kArcLength) {
       remarks_.push_back(
@@ -577,7 +546,7 @@ class Writer {
     }
     if (scene_.shell.poisson_ratio > PoissonRatio()) {
       remarks_.push_back("shell.poisson_ratio: 0.4995 instead of " +
-                         Number(scene_.shell.poisson_ratio) + ", as solids need less than 1/2");
+                         InpNumber(scene_.shell.poisson_ratio) + ", as solids need less than 1/2");
     }
     if (scene_.model.strains == Strains::kSeed) {
       remarks_.push_back("model.strains: seed: finite elements have strains of their own");
@@ -590,42 +559,20 @@ class Writer {
     if (mesh_.element() == InpElement::kS4) {
       remarks_.push_back("S4: flat elements of four nodes; curved shells need many");
     }
+    const bool mirrors =
+        std::any_of(scene_.supports.begin(), scene_.supports.end(), [](const SupportSpec& support) {
+          return support.kind == SupportSpec::Kind::kSymmetry;
+        });
+    if (!mesh_.is_solid() && mirrors) {
+      remarks_.push_back(
+          "symmetry: CalculiX holds the mean of a shell's two faces on mirror planes, not its "
+          "whole "
+          "thickness, which is too soft by per cents in thick shells and on fine meshes; solid "
+          "elements (C3D20R, C3D15) are held exactly");
+    }
     if (!loads_.moments.empty()) {
       remarks_.push_back("moments: CalculiX makes each node with a moment a small rigid body");
     }
-  }
-
-  std::string Header() const {
-    std::string text = "** " + scene_.name + ", written by Darboux\n**\n";
-    const auto add = [&text](const std::string& line) {
-      // Lines of at most 100 characters; the readers of decks cut longer ones.
-      std::string left = line;
-      while (!left.empty()) {
-        size_t end = left.size();
-        if (end > 96) {
-          end = left.rfind(' ', 96);
-          if (end == std::string::npos || end == 0) end = 96;
-        }
-        text += "** " + left.substr(0, end) + "\n";
-        left.erase(0, end);
-      }
-    };
-    add("For CalculiX: ccx NAME (without .inp). Units are those of the scene.");
-    add("Elements: " + std::string(ToString(mesh_.element())) + ", nodes on the " +
-        (surface_.is_parametric() ? "surface itself" : "limit surface") +
-        (mesh_.is_solid() ? ", one layer through the thickness." : "."));
-    add("Abaqus: " + std::string(mesh_.element() == InpElement::kS6 ? "S6 is STRI65; " : "") +
-        (mesh_.is_solid()
-             ? "reads this as it is."
-             : "P acts on the middle surface there, on the lower face here: the values "
-               "of P are larger or smaller by the ratio of these areas."));
-    if (!fingers_.empty() && !mesh_.is_solid())
-      add("Abaqus: faces S1 and S2 of shells are SNEG and SPOS.");
-    if (!remarks_.empty()) {
-      text += "**\n** Otherwise than in the scene:\n";
-      for (const std::string& remark : remarks_) add("- " + remark);
-    }
-    return text + "**\n*HEADING\n" + scene_.name.substr(0, 80) + "\n";
   }
 
   const ShellProblem& problem_;
@@ -646,18 +593,18 @@ class Writer {
 
 }  // namespace
 
-InpElement InpElementFor(const Scene& scene) {
+InpElement InpElementFor(const Scene& scene, bool nonlinear) {
   const bool cells = scene.surface.surface != nullptr;
-  const bool solid = !scene.fingers.empty();
-  return cells ? (solid ? InpElement::kC3D20R : InpElement::kS8R)
-               : (solid ? InpElement::kC3D15 : InpElement::kS6);
+  if (nonlinear && HasEdgeMoments(scene)) return cells ? InpElement::kS8R : InpElement::kS6;
+  return cells ? InpElement::kC3D20R : InpElement::kC3D15;
 }
 
 bool MakeInpDeck(const ShellProblem& problem,
                  const InpOptions& options,
                  InpDeck* deck,
                  std::string* error) {
-  const InpElement element = options.element.value_or(InpElementFor(problem.scene()));
+  const InpElement element =
+      options.element.value_or(InpElementFor(problem.scene(), problem.nonlinear()));
   if (IsQuadrilateral(element) && !problem.surface().is_parametric()) {
     *error = "found " + std::string(ToString(element)) +
              ", which has four corners; allowed on a mesh S3 | S6 | C3D15";

@@ -33,9 +33,11 @@ struct InpDeck {
   std::vector<std::string> remarks;
 };
 
-// S8R on parametric surfaces, S6 on meshes; solid elements, C3D20R or C3D15, where there are
-// fingers, whose contact is with the shell's faces.
-InpElement InpElementFor(const Scene& scene);
+// Solid elements: C3D20R on parametric surfaces, C3D15 on meshes. CalculiX makes solids of shells
+// anyhow, and as solids supports hold the whole thickness, fingers touch the faces, and pressure
+// acts on both (README.md has what each element gives). Shell elements, S8R or S6, where edges have
+// moments in the nonlinear theory, which no dead forces of solids are.
+InpElement InpElementFor(const Scene& scene, bool nonlinear);
 
 // False and *error where a mesh is asked for quadrilaterals.
 bool MakeInpDeck(const ShellProblem& problem,

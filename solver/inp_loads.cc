@@ -1,6 +1,7 @@
 #include "solver/inp_loads.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -75,7 +76,21 @@ class Gatherer {
   bool has_drilling_ = false;
 };
 
+bool HasMoment(const LoadSpec& load) {
+  if (load.kind != LoadSpec::Kind::kEdge) return false;
+  const std::array<double, 5> zeros{};
+  for (const SceneValue& moment : load.moment.component) {
+    const bool constant = moment.expression.IsConstant();
+    if (!constant || moment.expression.Evaluate(zeros.data()) != 0.0) return true;
+  }
+  return false;
+}
+
 }  // namespace
+
+bool HasEdgeMoments(const Scene& scene) {
+  return std::any_of(scene.loads.begin(), scene.loads.end(), HasMoment);
+}
 
 InpLoads MakeInpLoads(const Scene& scene, const InpMesh& mesh, bool nonlinear) {
   InpLoads loads;
@@ -168,18 +183,11 @@ InpLoads MakeInpLoads(const Scene& scene, const InpMesh& mesh, bool nonlinear) {
                               "out; no shell bears it");
       gatherer.ForgetDrilling();
     }
-    if (load.kind == LoadSpec::Kind::kEdge && nonlinear && mesh.is_solid()) {
-      const std::array<double, 5> zeros{};
-      for (const SceneValue& moment : load.moment.component) {
-        if (moment.expression.IsConstant() && moment.expression.Evaluate(zeros.data()) == 0.0) {
-          continue;
-        }
-        loads.remarks.push_back(key +
-                                ": the moment is a couple of dead forces, which loses its arm "
-                                "as the edge turns; shell elements take moments");
-        break;
-      }
-    }
+  }
+  if (nonlinear && mesh.is_solid() && HasEdgeMoments(scene)) {
+    loads.remarks.push_back(
+        "edge moments: couples of dead forces, which lose their arm as the edge "
+        "turns; shell elements take moments");
   }
   return loads;
 }

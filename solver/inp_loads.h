@@ -29,6 +29,9 @@ struct InpLoads {
 // the faces. Gas is left to the caller.
 InpLoads MakeInpLoads(const Scene& scene, const InpMesh& mesh, bool nonlinear);
 
+// Whether some edge load has a moment.
+bool HasEdgeMoments(const Scene& scene);
+
 // Ratio of the area of the middle surface to that of the face below (side -1) or above (+1) of each
 // element: pressure on a face is to act on the middle surface.
 std::vector<double> FaceRatios(const InpMesh& mesh, int side);

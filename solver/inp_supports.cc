@@ -275,4 +275,10 @@ InpSupports MakeInpSupports(const Scene& scene, const InpMesh& mesh, const Rigid
   return result;
 }
 
+void HoldNode(int node, const std::vector<Vector3d>& directions, InpSupports* supports) {
+  Echelon echelon;
+  for (const Vector3d& direction : directions) echelon.Add(direction, 0.0);
+  AddNodeConditions(echelon, node, supports);
+}
+
 }  // namespace darboux

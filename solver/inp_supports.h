@@ -47,6 +47,9 @@ struct InpSupports {
 // Shell elements are held at their nodes, with the rotations that keep the director.
 InpSupports MakeInpSupports(const Scene& scene, const InpMesh& mesh, const RigidFrame& frame);
 
+// Adds that the displacement of a node vanishes along some directions, independent of each other.
+void HoldNode(int node, const std::vector<Eigen::Vector3d>& directions, InpSupports* supports);
+
 }  // namespace darboux
 
 #endif  // DARBOUX_SOLVER_INP_SUPPORTS_H_

@@ -39,24 +39,28 @@ std::string StepName(int step) {
   return "shell_" + number + ".vtu";
 }
 
-// Removes shell_NNNN.vtu and contact.csv of an earlier run that are not among `names`.
+// "shell_0012.vtu" for the parts "shell_" and ".vtu".
+bool IsNumbered(const std::string& name, const std::string& begin, const std::string& end) {
+  if (name.size() < begin.size() + 4 + end.size() || name.compare(0, begin.size(), begin) != 0 ||
+      name.compare(name.size() - end.size(), end.size(), end) != 0) {
+    return false;
+  }
+  const std::string number = name.substr(begin.size(), name.size() - begin.size() - end.size());
+  return number.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// Removes files of steps and exports of an earlier run that are not among `names`.
 void RemoveOtherSteps(const fs::path& folder, const std::vector<std::string>& names) {
   const std::set<std::string> keep(names.begin(), names.end());
+  const std::set<std::string> known = {"contact.csv", "fields.csv", "fields.npz", "shell.inp"};
   std::vector<fs::path> others;
   std::error_code code;
   for (fs::directory_iterator it(folder, code), end; !code && it != end; it.increment(code)) {
     const std::string name = it->path().filename().string();
-    constexpr size_t kPrefix = 6, kSuffix = 4;  // "shell_", ".vtu"
-    if (name.size() < kPrefix + 4 + kSuffix || name.compare(0, kPrefix, "shell_") != 0 ||
-        name.compare(name.size() - kSuffix, kSuffix, ".vtu") != 0) {
-      continue;
-    }
-    const std::string number = name.substr(kPrefix, name.size() - kPrefix - kSuffix);
-    if (number.find_first_not_of("0123456789") == std::string::npos && keep.count(name) == 0) {
-      others.push_back(it->path());
-    }
+    const bool ours = known.count(name) > 0 || IsNumbered(name, "shell_", ".vtu") ||
+                      IsNumbered(name, "fields_", ".csv");
+    if (ours && keep.count(name) == 0) others.push_back(it->path());
   }
-  if (keep.count("contact.csv") == 0) others.push_back(folder / "contact.csv");
   for (const fs::path& path : others) fs::remove(path, code);
 }
 

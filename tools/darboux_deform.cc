@@ -31,8 +31,8 @@ DEFINE_bool(export_only, false, "Write shell.inp and end, without solving; with 
 DEFINE_string(inp_element,
               "auto",
               "Elements of shell.inp: S3, S4, S6, S8R, C3D15 or C3D20R; S4, S8R and C3D20R on "
-              "parametric surfaces only. auto: S8R or, on meshes, S6; C3D20R or C3D15 where there "
-              "are fingers.");
+              "parametric surfaces only. auto: solid ones, C3D20R or, on meshes, C3D15; S8R or S6 "
+              "where edges have moments in the nonlinear theory.");
 
 namespace darboux {
 namespace {
