@@ -36,7 +36,7 @@ std::string Arm() {
       "<link name=\"lower\"/>\n"
       "<joint name=\"slide\" type=\"prismatic\"><parent link=\"lower\"/><child link=\"tip\"/>"
       "<origin xyz=\"1 0 0\" rpy=\"0 0 1.5707963267948966\"/><axis xyz=\"1 0 0\"/>"
-      "<limit lower=\"0\" upper=\"0.5\"/><mimic joint=\"turn\" multiplier=\"0.25\" "
+      "<limit lower=\"0\" upper=\"0.75\"/><mimic joint=\"turn\" multiplier=\"0.25\" "
       "offset=\"0.125\"/></joint>\n"
       "<link name=\"tip\"><collision name=\"pad\"><origin xyz=\"0 0 0.5\"/>"
       "<geometry><sphere radius=\"0.25\"/></geometry></collision></link>\n");
@@ -94,11 +94,6 @@ TEST_F(UrdfTest, JointsMoveTheLinksBelowThem) {
   EXPECT_LT((tip.translation - Vector3d(-slide, 2, 9)).norm(), 1e-15);
   EXPECT_LT((tip.rotation * Vector3d::UnitX() - Vector3d(-1, 0, 0)).norm(), 1e-15);
 }
-
-struct BadUrdf {
-  const char* text;
-  const char* message;
-};
 
 TEST_F(UrdfTest, MistakesAreOneLineWithFileLineAndElement) {
   const std::string link = "<link name=\"a\"/>\n<link name=\"b\"/>\n";
@@ -185,7 +180,7 @@ TEST_F(UrdfTest, ValuesOfJointsAreChecked) {
   EXPECT_EQ(error_of({{"bend", 1.7}}), "joint 'bend': found 1.7; allowed a number in [-1, 1.6]");
   EXPECT_EQ(error_of({{"slide", 0.1}}),
             "joint 'slide': found 0.1; allowed nothing: it follows joint 'turn'");
-  EXPECT_EQ(error_of({{"turn", 4}}), "joint 'slide': found 1.125; allowed a number in [0, 0.5]");
+  EXPECT_EQ(error_of({{"turn", 4}}), "joint 'slide': found 1.125; allowed a number in [0, 0.75]");
 }
 
 // ---- In scenes --------------------------------------------------------------------------------
@@ -240,8 +235,7 @@ class HandSceneTest : public UrdfTest {
 };
 
 // A hand of one link with a shape of each kind, half a metre up.
-std::string Shapes(const std::string& folder) {
-  (void)folder;
+std::string Shapes() {
   return Robot(
       "<link name=\"palm\"/>\n<joint name=\"j\" type=\"prismatic\"><parent link=\"palm\"/>"
       "<child link=\"tip\"/><axis xyz=\"0 0 1\"/><limit lower=\"0\" upper=\"1\"/></joint>\n"
@@ -262,7 +256,7 @@ TEST_F(HandSceneTest, LinksAreFingersAsIfWrittenByHand) {
   Write("hand_tip.obj", "v 0 0 0\nv 4 0 0\nv 0 4 0\nv 0 0 4\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
   Write("hand_tip_twice.obj",
         "v 0 0 0\nv 8 0 0\nv 0 8 0\nv 0 0 8\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-  const std::string file = Write("hand.urdf", Shapes(folder_));
+  const std::string file = Write("hand.urdf", Shapes());
   const std::string hand = std::string(kSphere) + "hand: {file: " + file +
                            ", scale: 4, pose: {xyz: [0, 0, 60]}, joints: {j: 0.5}}\nfingers:\n";
   const std::string rest = ", direction: [0, 0, -2], motion: {travel: 1}, friction: 0.25}\n";
@@ -327,7 +321,7 @@ TEST_F(HandSceneTest, CylindersAndTurnedBoxesAreClosedMeshes) {
   ASSERT_NE(box, nullptr) << error;
   ASSERT_TRUE(box->Evaluate({0, 3, 0}, &d));
   EXPECT_NEAR(d.value, 1.0, 1e-15);
-  const std::string file = Write("hand.urdf", Shapes(folder_));
+  const std::string file = Write("hand.urdf", Shapes());
   const Scene scene = Read(std::string(kSphere) + "hand: {file: " + file +
                            ", scale: 4, pose: {xyz: [0, 0, 60], rpy: [0.2, 0, 0]}}\nfingers: "
                            "[{name: f, shape: {kind: link, link: tip, element: block}, direction: "
@@ -337,7 +331,7 @@ TEST_F(HandSceneTest, CylindersAndTurnedBoxesAreClosedMeshes) {
 }
 
 TEST_F(HandSceneTest, MistakesNameTheKeyOfTheScene) {
-  const std::string file = Write("hand.urdf", Shapes(folder_));
+  const std::string file = Write("hand.urdf", Shapes());
   const std::string hand = std::string(kSphere) + "hand: {file: " + file + "}\n";
   const auto finger = [](const std::string& shape, const std::string& more = "") {
     return "fingers: [{name: f, shape: {kind: link, " + shape +
@@ -366,7 +360,7 @@ TEST_F(HandSceneTest, MistakesNameTheKeyOfTheScene) {
 
 TEST_F(HandSceneTest, PackagesAreFoundAboveTheFileOrWhereTheSceneSays) {
   std::string error;
-  const std::string file = Write("hand.urdf", Shapes(folder_));
+  const std::string file = Write("hand.urdf", Shapes());
   EXPECT_EQ(ResolveUrdfMesh("meshes/a.stl", "x/hand.urdf", {}, &error), "x/meshes/a.stl");
   EXPECT_EQ(ResolveUrdfMesh("file:///a/b.stl", "x/hand.urdf", {}, &error), "/a/b.stl");
   EXPECT_EQ(ResolveUrdfMesh("package://p/m/a.stl", "x/hand.urdf", {{"p", "y"}}, &error),
