@@ -153,12 +153,17 @@ bool WriteCalibration(const std::string& folder,
                       const CalibrationSpec& spec,
                       const CalibrationSummary& summary,
                       const std::vector<std::unique_ptr<StateModel>>& models,
+                      const ExportOptions& exports,
                       std::string* error) {
   if (!MakeFolder(folder, error)) return false;
   for (size_t g = 0; g < models.size(); ++g) {
     const std::string part = folder + "/grasp_" + std::to_string(g + 1);
     Results results;
-    if (!WriteResults(part, models[g]->problem(), models[g]->summary(), nullptr, &results, error)) {
+    std::vector<NamedFile> more;
+    if (!MakeFieldExports(
+            models[g]->problem(), exports, StatesOf(models[g]->summary()), {}, &more, error) ||
+        !WriteResults(
+            part, models[g]->problem(), models[g]->summary(), nullptr, &results, error, more)) {
       return false;
     }
     if (g >= summary.grasps.size()) continue;

@@ -12,7 +12,6 @@
 namespace darboux {
 namespace {
 
-constexpr char kFormats[] = "csv | npz | inp, joined by commas, each once";
 constexpr char kElements[] = "auto | S3 | S4 | S6 | S8R | C3D15 | C3D20R";
 
 std::string Csv(const FieldTable& table, const std::vector<const Field*>& fields) {
@@ -47,16 +46,21 @@ std::vector<Field> Extra(const FieldTable& table, const std::vector<ExtraField>&
 
 }  // namespace
 
-bool ParseExports(const std::string& list, ExportOptions* options, std::string* error) {
+bool ParseExports(const std::string& list,
+                  bool inp_allowed,
+                  ExportOptions* options,
+                  std::string* error) {
+  if (list.empty()) return true;
   for (size_t begin = 0; begin <= list.size();) {
     const size_t end = std::min(list.find(',', begin), list.size());
     const std::string name = list.substr(begin, end - begin);
-    bool* const wanted = name == "inp"   ? &options->inp
-                         : name == "csv" ? &options->csv
-                         : name == "npz" ? &options->npz
-                                         : nullptr;
+    bool* const wanted = name == "inp" && inp_allowed ? &options->inp
+                         : name == "csv"              ? &options->csv
+                         : name == "npz"              ? &options->npz
+                                                      : nullptr;
     if (wanted == nullptr || *wanted) {
-      *error = "found '" + list + "'; allowed " + kFormats;
+      *error = "found '" + list + "'; allowed csv | npz" + (inp_allowed ? " | inp" : "") +
+               ", joined by commas, each once";
       return false;
     }
     *wanted = true;
@@ -119,7 +123,7 @@ bool MakeFieldExports(const ShellProblem& problem,
       std::string number = std::to_string(i + 1);
       if (number.size() < 4) number.insert(0, 4 - number.size(), '0');
       last = Csv(table, columns);
-      files->push_back({"fields_" + number + ".csv", last});
+      if (options.numbered) files->push_back({"fields_" + number + ".csv", last});
     }
     if (!options.npz) continue;
     if (i == 0) {

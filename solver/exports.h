@@ -22,13 +22,18 @@ namespace darboux {
 //   npz  fields.npz       all of them as arrays of NumPy, and the triangles
 struct ExportOptions {
   bool inp = false, csv = false, npz = false;
+  bool numbered = true;  // fields_NNNN.csv; else fields.csv alone
   std::optional<InpElement> inp_element;
 
   bool any() const { return inp || csv || npz; }
 };
 
-// "csv,npz", in any order, each once. False and *error: what was found, what is allowed.
-bool ParseExports(const std::string& list, ExportOptions* options, std::string* error);
+// "csv,npz", in any order, each once; nothing for an empty list. False and *error: what was found,
+// what is allowed.
+bool ParseExports(const std::string& list,
+                  bool inp_allowed,
+                  ExportOptions* options,
+                  std::string* error);
 // "auto" or the name of an element.
 bool ParseInpElement(const std::string& name, ExportOptions* options, std::string* error);
 // Whether the scene's surface has such elements.

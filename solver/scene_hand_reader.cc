@@ -124,7 +124,7 @@ bool HandReader::ReadHand(const YamlField& field) {
       !ReadText(file, "the name of a .urdf file", &name)) {
     return false;
   }
-  if (!ReadUrdf(Resolve(name), &urdf_, &error)) return Fail(file, Clean(error, 400), "a URDF file");
+  if (!ReadUrdf(Resolve(name), &urdf_, &error)) return FailWith(file, Clean(error, 400));
   const YamlField* const scale = map.Find("scale");
   if (scale != nullptr && !ReadNumber(*scale, kPositiveNumber, &scale_)) return false;
   const YamlField* const pose = map.Find("pose");
@@ -227,6 +227,9 @@ bool HandReader::ReadLinkShape(const YamlField& field,
   const Eigen::Matrix3d rotation = base_.rotation * pose.rotation;
   Set(base_.translation + base_.rotation * (scale_ * pose.translation), &finger->position);
   auto mesh = std::make_shared<TriangleMesh>();
+  if (!rotation.allFinite() || !Eigen::Map<const Vector3d>(finger->position.data()).allFinite()) {
+    return Fail(field, "a place that is not finite", "a hand of sensible sizes");
+  }
   switch (shape.kind) {
     case UrdfShape::Kind::kSphere:
       finger->shape = FingerSpec::Shape::kSphere;

@@ -350,7 +350,7 @@ TEST_F(HandSceneTest, MistakesNameTheKeyOfTheScene) {
   EXPECT_THAT(SceneError(std::string(kSphere) + "hand: {file: " + file + ", joints: {j: 2}}\n"),
               HasSubstr("hand.joints: joint 'j': found 2; allowed a number in [0, 1]"));
   EXPECT_THAT(SceneError(std::string(kSphere) + "hand: {file: no_such.urdf}\n"),
-              HasSubstr("hand.file: found no_such.urdf:0: found a file that cannot be read"));
+              HasSubstr("hand.file: no_such.urdf:0: found a file that cannot be read"));
   EXPECT_THAT(
       SceneError(std::string(kSphere) +
                  "fingers: [{name: f, shape: {kind: sphere, radius: 1}, position: [0, 0, 40], "

@@ -13,9 +13,15 @@
 #include "solver/calibration.h"
 #include "solver/calibration_reader.h"
 #include "solver/calibration_results.h"
+#include "solver/exports.h"
 #include "solver/file_set.h"
 #include "tools/solver_flags.h"
 
+DEFINE_string(
+    export,
+    "",
+    "Formats besides in each grasp_K, joined by commas: csv (fields_NNNN.csv, fields.csv), "
+    "npz (fields.npz, for NumPy).");
 DEFINE_int32(bootstrap, -1, "Resamples for bootstrap intervals; -1: as the file says.");
 
 namespace darboux {
@@ -47,7 +53,12 @@ int Run(int argc, char** argv) {
   if (!ParseCommandLine(kTool, argc, argv, &arguments, &exit_status)) return exit_status;
   CalibrationSpec spec;
   CalibrationOptions options;
+  ExportOptions exports;
   std::string error;
+  if (!ParseExports(FLAGS_export, false, &exports, &error)) {
+    PrintError("--export: " + error);
+    return kExitBadInput;
+  }
   if (!SolverOptionsFromFlags(&options.solver, &error) ||
       !ReadCalibration(arguments[0], &spec, &error)) {
     PrintError(error);
@@ -83,7 +94,7 @@ int Run(int argc, char** argv) {
   for (const std::unique_ptr<StateModel>& model : models) {
     if (!model->Settle(&error)) PrintError(error);
   }
-  if (!WriteCalibration(FLAGS_out, spec, summary, models, &error)) {
+  if (!WriteCalibration(FLAGS_out, spec, summary, models, exports, &error)) {
     PrintError(error);
     return kExitNotConverged;
   }

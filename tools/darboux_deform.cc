@@ -42,7 +42,8 @@ constexpr Tool kTool = {
     "SCENE.yaml --out=DIR [flags]",
     "Solves a scene: deforms its shell under its loads. Writes summary.json, shell.vtu, "
     "shell.pvd,\n"
-    "shell_NNNN.vtu (one per load step), deformed.ply and history.csv into DIR. With\n"
+    "shell_NNNN.vtu (one per load step), deformed.ply and history.csv into DIR, and with --export\n"
+    "the fields and the scene in other formats. With\n"
     "model.accuracy in the scene the divisions are doubled until the estimated error is within "
     "it.\n"
     "Flags that override the scene do not change its expectations: these are evaluated as they\n"
@@ -116,7 +117,7 @@ std::string Join(const std::vector<std::string>& words) {
 }
 
 bool ExportOptionsFromFlags(const Scene& scene, ExportOptions* options, std::string* error) {
-  if (!FLAGS_export.empty() && !ParseExports(FLAGS_export, options, error)) {
+  if (!ParseExports(FLAGS_export, true, options, error)) {
     *error = "--export: " + *error;
     return false;
   }
@@ -132,8 +133,10 @@ bool ExportOptionsFromFlags(const Scene& scene, ExportOptions* options, std::str
   return true;
 }
 
-// What a deck says otherwise than the scene: warnings, so that nothing is dropped in silence.
+// What a deck says otherwise than the scene: warnings, so that nothing is dropped in silence. The
+// deck has them as well.
 void PrintRemarks(const std::vector<std::string>& remarks) {
+  if (FLAGS_quiet) return;
   for (const std::string& remark : remarks) {
     std::fprintf(stderr, "%s: shell.inp: warning: %s\n", kTool.name, remark.c_str());
   }

@@ -17,12 +17,16 @@
 
 #include "geometry/point_cloud.h"
 #include "geometry/shell_face.h"
+#include "solver/exports.h"
 #include "solver/results.h"
 #include "solver/scan_results.h"
 #include "solver/shape_fit.h"
 #include "solver/shell_solver.h"
 #include "tools/solver_flags.h"
 
+DEFINE_string(export,
+              "",
+              "Formats besides, joined by commas: csv (fields.csv), npz (fields.npz, for NumPy).");
 DEFINE_string(scan, "", "The scan: .csv, .ply, .obj, .stl or .off, in the scene's unit of length.");
 DEFINE_string(mode,
               "fit",
@@ -113,6 +117,12 @@ int Run(int argc, char** argv) {
   SolverOptions options;
   PointCloud scan;
   std::string error;
+  ExportOptions exports;
+  exports.numbered = false;
+  if (!ParseExports(FLAGS_export, false, &exports, &error)) {
+    PrintError("--export: " + error);
+    return kExitBadInput;
+  }
   if (!CheckFlags(&error) || !SolverOptionsFromFlags(&options, &error) ||
       !ReadSceneWithFlags(arguments[0], &scene, &error) ||
       !ApplyFlags(&scene, &overridden, &error) || !ReadPointCloud(FLAGS_scan, &scan, &error)) {
@@ -264,9 +274,12 @@ int Run(int argc, char** argv) {
   if (!distances.empty()) {
     ShellFace face(shell->surface(), offset);
     face.SetDisplacements(displacements);
-    files.push_back(
-        {"shell.vtu",
-         MakeVtu(*shell, displacements, MakeScanFields(face, feet, distances, counts))});
+    const std::vector<ExtraField> fields = MakeScanFields(face, feet, distances, counts);
+    files.push_back({"shell.vtu", MakeVtu(*shell, displacements, fields)});
+    if (!MakeFieldExports(*shell, exports, {{1.0, done, &displacements}}, fields, &files, &error)) {
+      PrintError(error);
+      return kExitNotConverged;
+    }
     files.push_back({"deformed.ply", MakeDeformedPly(*shell, displacements)});
     files.push_back(
         {"scan_registered.ply", MakeRegisteredPly(scan.points, pose, distances, counts)});
