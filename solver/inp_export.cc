@@ -435,8 +435,11 @@ class Writer {
     });
     steps_ += "** " + title + "\n";
     if (problem_.nonlinear() || touches) {
-      steps_ += "*STEP, NLGEOM, INC=2000\n*STATIC\n" +
-                std::string(touches ? "0.05, 1.0, 1e-6, 0.125\n" : "0.1, 1.0, 1e-6, 0.25\n");
+      const std::array<double, 2> usual = touches ? std::array<double, 2>{0.05, 0.125}
+                                                  : std::array<double, 2>{0.1, 0.25};
+      const std::array<double, 2> increments = options_.increments.value_or(usual);
+      steps_ += "*STEP, NLGEOM, INC=2000\n*STATIC\n" + InpNumber(increments[0]) + ", 1.0, 1e-6, " +
+                InpNumber(increments[1]) + "\n";
     } else {
       steps_ += "*STEP\n*STATIC\n";
     }

@@ -1,6 +1,7 @@
 #ifndef DARBOUX_SOLVER_INP_EXPORT_H_
 #define DARBOUX_SOLVER_INP_EXPORT_H_
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,8 @@ struct InpOptions {
   std::optional<InpElement> element;
   // Load factors at the end of the deck's steps, ascending in magnitude or not; at least one.
   std::vector<double> factors{1.0};
+  // First and largest increment of a nonlinear step, parts of it; CalculiX cuts them as it needs.
+  std::optional<std::array<double, 2>> increments;
   // Whether the problem is in the state that a solution has found: gas then has its pressure there,
   // which the deck applies as a constant one.
   bool solved = false;

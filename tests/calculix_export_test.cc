@@ -9,9 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <memory>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -19,6 +17,7 @@
 #include "solver/inp_export.h"
 #include "solver/scene_reader.h"
 #include "solver/shell_solver.h"
+#include "tests/calculix_dat.h"
 #include "tests/file_util.h"
 
 // Decks that CalculiX runs and agrees with: each scene is solved by both. Differences are those of
@@ -31,13 +30,6 @@ namespace {
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
-
-struct CalculixResult {
-  std::map<std::string, Vector3d> probes;  // of the last step
-  std::map<std::string, Vector3d> forces;  // totals on the fingers
-  std::map<std::string, double> travels;
-  std::string log;
-};
 
 class CalculixTest : public ::testing::Test {
  protected:
@@ -86,46 +78,15 @@ class CalculixTest : public ::testing::Test {
     std::ofstream(folder_ / "shell.inp") << deck_;
     fs::remove(folder_ / "shell.dat");
     const std::string command = "cd '" + folder_.string() +
-                                "' && OMP_NUM_THREADS=1 timeout 300 '" DARBOUX_CCX
+                                "' && OMP_NUM_THREADS=1 timeout 400 '" DARBOUX_CCX
                                 "' shell > log 2>&1";
     const int status = std::system(command.c_str());
-    result->log = ReadFile(folder_ / "log");
-    ASSERT_EQ(status, 0) << result->log;
-    ASSERT_THAT(result->log, HasSubstr("Job finished"));
-    ASSERT_EQ(result->log.find("*ERROR"), std::string::npos) << result->log;
+    const std::string log = ReadFile(folder_ / "log");
+    ASSERT_EQ(status, 0) << log;
+    ASSERT_THAT(log, HasSubstr("Job finished"));
+    ASSERT_EQ(log.find("*ERROR"), std::string::npos) << log;
 #endif
-    std::istringstream lines(ReadFile(folder_ / "shell.dat"));
-    std::string line, set, kind;
-    while (std::getline(lines, line)) {
-      const size_t at = line.find("for set ");
-      if (at != std::string::npos) {
-        std::istringstream words(line.substr(at + 8));
-        words >> set;
-        kind = line.find("displacements") != std::string::npos ? "u" : "f";
-        continue;
-      }
-      int node = 0;
-      Vector3d x;
-      if (kind == "u" && set != "MIDDLE" &&
-          std::sscanf(line.c_str(), "%d %lf %lf %lf", &node, &x[0], &x[1], &x[2]) == 4) {
-        if (set.rfind("TRAVEL_", 0) == 0) {
-          result->travels[set.substr(7)] = x[0];
-        } else {
-          result->probes[set.substr(6)] = x;
-        }
-      } else if (kind == "f" &&
-                 std::sscanf(line.c_str(), "%lf %lf %lf", &x[0], &x[1], &x[2]) == 3) {
-        result->forces[set.substr(7)] = x;
-      }
-    }
-  }
-
-  // The name of a set as CalculiX prints it.
-  static std::string Upper(std::string name) {
-    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) {
-      return static_cast<char>(std::toupper(c));
-    });
-    return name;
+    *result = ReadCalculixDat(ReadFile(folder_ / "shell.dat"));
   }
 
   // The largest difference of a probe's displacement over the largest displacement of all probes.
