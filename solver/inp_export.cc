@@ -154,6 +154,9 @@ class Writer {
         model_ += "** the travel of finger " + spec.name + "\n*NODE, NSET=TRAVEL_" + spec.name +
                   "\n" + std::to_string(finger.guide_node) + ", " + InpTriple(Vector3d::Zero()) +
                   "\n";
+        WriteSprings("TRAVEL_" + spec.name, {finger.guide_node}, 1);
+        remarks_.push_back("finger " + spec.name + ": a soft spring of " + InpNumber(SoftSpring()) +
+                           " holds its travel where nothing touches it");
       }
       if (spec.shape == FingerSpec::Shape::kPin) {
         finger.pin_node =
@@ -258,6 +261,19 @@ class Writer {
     }
   }
 
+  double SoftSpring() const {
+    const double h = scene_.shell.thickness;
+    return kSoftSpring * scene_.shell.young_modulus * h * h / surface_.size();
+  }
+
+  // From nodes to the ground.
+  void WriteSprings(const std::string& set, const std::vector<int>& nodes, int dof) {
+    model_ += "*ELEMENT, TYPE=SPRING1, ELSET=" + set + "\n";
+    for (const int node : nodes) model_ += InpList({next_element_++, node});
+    model_ += "*SPRING, ELSET=" + set + "\n" + std::to_string(dof) + "\n" +
+              InpNumber(SoftSpring()) + "\n";
+  }
+
   // ---- What holds the shell -----------------------------------------------------------------
 
   void HoldFreeShell() {
@@ -272,40 +288,13 @@ class Writer {
     const std::vector<std::string> names = NameMotions(motions, frame_);
     std::string list;
     for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-    // Far from each other: the column farthest from the centre, then the farthest from that, ...
-    std::vector<int> far;
-    while (far.size() < 3) {
-      int best = 0;
-      double farthest = -1.0;
-      for (size_t c = 0; c < mesh_.columns().size(); ++c) {
-        if (!mesh_.columns()[c].is_corner) continue;
-        const Vector3d& x = mesh_.columns()[c].position;
-        double distance =
-            far.empty() ? (x - frame_.center).norm() : std::numeric_limits<double>::infinity();
-        for (const int other : far) {
-          distance = std::min(distance, (x - mesh_.columns()[other].position).norm());
-        }
-        if (distance <= farthest) continue;
-        farthest = distance;
-        best = static_cast<int>(c);
-      }
-      far.push_back(best);
-    }
+    const std::vector<int> far = mesh_.FarCorners(frame_.center, 3);
     if (!scene_.fingers.empty()) {
-      const double stiffness = kSoftSpring * scene_.shell.young_modulus * scene_.shell.thickness *
-                               scene_.shell.thickness / surface_.size();
-      for (int k = 1; k <= 3; ++k) {
-        const std::string set = "SPRING" + std::to_string(k);
-        model_ += "*ELEMENT, TYPE=SPRING1, ELSET=" + set + "\n";
-        for (const int c : far) {
-          model_ += std::to_string(next_element_++) + ", " +
-                    std::to_string(mesh_.columns()[c].nodes[1]) + "\n";
-        }
-        model_ +=
-            "*SPRING, ELSET=" + set + "\n" + std::to_string(k) + "\n" + InpNumber(stiffness) + "\n";
-      }
+      std::vector<int> nodes;
+      for (const int c : far) nodes.push_back(mesh_.columns()[c].nodes[1]);
+      for (int k = 1; k <= 3; ++k) WriteSprings("SPRING" + std::to_string(k), nodes, k);
       remarks_.push_back("no support holds the shell against " + list +
-                         "; beside the fingers, soft springs of " + InpNumber(stiffness) +
+                         "; beside the fingers, soft springs of " + InpNumber(SoftSpring()) +
                          " at three nodes do");
       return;
     }
@@ -435,10 +424,11 @@ class Writer {
     });
     steps_ += "** " + title + "\n";
     if (problem_.nonlinear() || touches) {
-      const std::array<double, 2> usual = touches ? std::array<double, 2>{0.05, 0.125}
-                                                  : std::array<double, 2>{0.1, 0.25};
+      const std::array<double, 2> usual =
+          touches ? std::array<double, 2>{0.05, 0.125} : std::array<double, 2>{0.1, 0.25};
       const std::array<double, 2> increments = options_.increments.value_or(usual);
-      steps_ += "*STEP, NLGEOM, INC=2000\n*STATIC\n" + InpNumber(increments[0]) + ", 1.0, 1e-6, " +
+      steps_ += std::string("*STEP") + (problem_.nonlinear() ? ", NLGEOM" : "") +
+                ", INC=2000\n*STATIC\n" + InpNumber(increments[0]) + ", 1.0, 1e-6, " +
                 InpNumber(increments[1]) + "\n";
     } else {
       steps_ += "*STEP\n*STATIC\n";

@@ -244,4 +244,25 @@ int InpMesh::Nearest(const Eigen::Vector3d& x, bool corner) const {
   return nearest;
 }
 
+std::vector<int> InpMesh::FarCorners(const Eigen::Vector3d& x, size_t count) const {
+  std::vector<int> far;
+  while (far.size() < count) {
+    int best = 0;
+    double farthest = -1.0;
+    for (size_t c = 0; c < columns_.size(); ++c) {
+      if (!columns_[c].is_corner) continue;
+      double distance =
+          far.empty() ? (columns_[c].position - x).norm() : std::numeric_limits<double>::infinity();
+      for (const int other : far) {
+        distance = std::min(distance, (columns_[c].position - columns_[other].position).norm());
+      }
+      if (distance <= farthest) continue;
+      farthest = distance;
+      best = static_cast<int>(c);
+    }
+    far.push_back(best);
+  }
+  return far;
+}
+
 }  // namespace darboux

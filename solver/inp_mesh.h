@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstddef>
 #include <map>
 #include <string>
 #include <utility>
@@ -77,6 +78,8 @@ class InpMesh {
 
   // The column nearest to a point; only corners count where `corner`.
   int Nearest(const Eigen::Vector3d& x, bool corner) const;
+  // Corners far from each other: the one farthest from x, then that farthest from those before, ...
+  std::vector<int> FarCorners(const Eigen::Vector3d& x, size_t count) const;
   // Mean size of an element.
   double element_size() const { return element_size_; }
 

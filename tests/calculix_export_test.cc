@@ -166,6 +166,11 @@ constexpr char kSphere[] =
     "shell: {thickness: 1, young_modulus: 1, poisson_ratio: 0.3}\nmodel: {theory: nonlinear}\n"
     "loads: [{kind: pressure, value: 0.004}]\n"
     "probes:\n  - {name: a, at: {nearest: [0, 0, 30]}}\n  - {name: b, at: {nearest: [30, 0, 0]}}\n";
+constexpr char kGas[] =  // its pressure falls as the shell makes room
+    "name: gas\nsurface: {kind: icosphere, radius: 30, frequency: 4}\n"
+    "shell: {thickness: 1, young_modulus: 1, poisson_ratio: 0.3}\nmodel: {theory: nonlinear}\n"
+    "loads: [{kind: gas, gauge_pressure: 0.006, ambient_pressure: 0.01}]\n"
+    "probes:\n  - {name: a, at: {nearest: [0, 0, 30]}}\n  - {name: b, at: {nearest: [30, 0, 0]}}\n";
 constexpr char kTube[] =  // follower pressure on a part of a sphere with a free edge
     "name: half-bowl\nsurface: {kind: sphere, radius: 30, u: [0, pi/2], v: [0, 1.2], "
     "divisions: [8, 8]}\n"
@@ -241,6 +246,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Case{"cantilever", "cantilever_shear.yaml", "C3D15", 3e-4},
                       Case{"sphere", kSphere, "auto", 0.002},
                       Case{"sphere", kSphere, "S6", 0.03},
+                      Case{"gas", kGas, "auto", 0.002},
                       Case{"bowl", kTube, "auto", 0.003},
                       Case{"edge_moment", kMoment, "auto", 1e-4},
                       Case{"linear_moment", kLinearMoment, "auto", 1e-4, "24,2"},
