@@ -154,9 +154,11 @@ class Writer {
         model_ += "** the travel of finger " + spec.name + "\n*NODE, NSET=TRAVEL_" + spec.name +
                   "\n" + std::to_string(finger.guide_node) + ", " + InpTriple(Vector3d::Zero()) +
                   "\n";
-        WriteSprings("TRAVEL_" + spec.name, {finger.guide_node}, 1);
-        remarks_.push_back("finger " + spec.name + ": a soft spring of " + InpNumber(SoftSpring()) +
-                           " holds its travel where nothing touches it");
+        if (gas_pressure_ != 0.0) {
+          remarks_.push_back("finger " + spec.name +
+                             ": nothing holds its travel while the gas inflates the shell, before "
+                             "it touches; drive it by a travel where CalculiX finds that singular");
+        }
       }
       if (spec.shape == FingerSpec::Shape::kPin) {
         finger.pin_node =
