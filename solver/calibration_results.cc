@@ -152,13 +152,28 @@ bool WriteCalibration(const std::string& folder,
                       const CalibrationSpec& spec,
                       const CalibrationSummary& summary,
                       const std::vector<std::unique_ptr<StateModel>>& models,
+                      const ExportOptions& exports,
                       std::string* error,
                       const MoreFiles& more) {
   if (!MakeFolder(folder, error)) return false;
   for (size_t g = 0; g < models.size(); ++g) {
     const std::string part = folder + "/grasp_" + std::to_string(g + 1);
     Results results;
-    if (!WriteResults(part, models[g]->problem(), models[g]->summary(), nullptr, &results, error)) {
+    std::vector<NamedFile> exported;
+    const auto add_exported = [&exported](const Json&) { return exported; };
+    if (!MakeFieldExports(models[g]->problem(),
+                          exports,
+                          ExportStatesOf(models[g]->summary()),
+                          {},
+                          &exported,
+                          error) ||
+        !WriteResults(part,
+                      models[g]->problem(),
+                      models[g]->summary(),
+                      nullptr,
+                      &results,
+                      error,
+                      add_exported)) {
       return false;
     }
     if (g >= summary.grasps.size()) continue;

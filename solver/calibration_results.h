@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "solver/calibration.h"
+#include "solver/exports.h"
 #include "solver/results.h"
 
 namespace darboux {
@@ -19,12 +20,13 @@ nlohmann::ordered_json MakeCalibrationJson(const CalibrationSpec& spec,
 // Writes calibration.json into a folder, created when missing, and for every grasp a folder
 // grasp_1, grasp_2, ... with the results of its scene in the calibrated state (solver/results.h)
 // and, where it has scans, scan_1.ply, ...: their points on the shell's side. models may be empty:
-// then there are no such folders. more: of the contents of calibration.json, beside it. False and
-// *error where a file cannot be written.
+// then there are no such folders. `exports`: csv and npz go into them. more: of the contents of
+// calibration.json, beside it. False and *error where a file cannot be written.
 bool WriteCalibration(const std::string& folder,
                       const CalibrationSpec& spec,
                       const CalibrationSummary& summary,
                       const std::vector<std::unique_ptr<StateModel>>& models,
+                      const ExportOptions& exports,
                       std::string* error,
                       const MoreFiles& more = nullptr);
 

@@ -286,7 +286,8 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       return std::make_unique<UnilateralStep>(*grasp, tangent_, cholesky_.get(), reach, in_matrix);
     };
     std::unique_ptr<UnilateralStep> contact;
-    bool is_chord = has_factor_ && stick == 1.0 &&
+    const bool is_last = summary.iterations + summary.chords >= options.max_iterations;
+    bool is_chord = has_factor_ && stick == 1.0 && !is_last &&
                     (summary.iterations + summary.chords == 0 ||
                      (summary.relative_gradient <= kChord * before && rotation <= kChordRotation));
     if (is_chord && grasp != nullptr) {
@@ -301,10 +302,10 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       if (grasp != nullptr) chord->grasp = grasp->state();
       chord->relative_gradient = summary.relative_gradient;
       ++summary.chords;
-    } else if (summary.iterations >= options.max_iterations) {
+    } else if (is_last) {
       std::ostringstream text;
-      text << "relative gradient " << summary.relative_gradient << " after " << summary.iterations
-           << " mixed iterations";
+      text << "relative gradient " << summary.relative_gradient << " after "
+           << summary.iterations + summary.chords << " mixed iterations";
       summary.message = text.str();
       return summary;
     } else {

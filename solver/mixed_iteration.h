@@ -37,7 +37,7 @@ class MixedIteration {
  public:
   // When to stop.
   struct Options {
-    int max_iterations = 40;
+    int max_iterations = 40;  // chords included
     // Of |gradient|, relative to |supports| + |loads|; or kRoundings times what one rounding of the
     // unknowns changes, where that is more and the iteration gains nothing any more.
     double gradient_tolerance = 1e-7;

@@ -21,13 +21,15 @@ namespace darboux {
 // numbers are shown beside them; tools/html_report.h makes a page of it.
 
 // All of a report.
+// The data of one report, as far as it has been collected.
 struct Report {
   nlohmann::ordered_json header;  // AddView and whoever fills it; see MakeReport
   ReportArrays arrays;
 };
 
 // header = {"format": 1, "tool", "name", "views": [], "documents": {}}. `documents` are what the
-// tool writes as JSON: "summary", "fit", "truth", "accuracy", "calibration".
+// tool writes as JSON: "summary", "fit", "truth", "accuracy", "calibration". Whoever knows the unit
+// of length adds "units": {"length": "mm"}.
 Report MakeReport(const std::string& tool, const std::string& name);
 
 // Points beside a shape: a scan, in the frame of the shape, and a number for each point.
@@ -58,6 +60,7 @@ struct ReportState {
 };
 
 // One shell of a report.
+// A shell in its states, and what is shown beside it: a view to be.
 struct ReportShape {
   std::string title;
   const ShellProblem* problem = nullptr;

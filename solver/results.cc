@@ -15,6 +15,7 @@
 
 #include "solver/base64.h"
 #include "solver/contact_pressure.h"
+#include "solver/field_table.h"
 #include "solver/fields.h"
 #include "solver/file_set.h"
 
@@ -40,24 +41,28 @@ std::string StepName(int step) {
   return "shell_" + number + ".vtu";
 }
 
-// Removes shell_NNNN.vtu and contact.csv of an earlier run that are not among `names`.
+// "shell_0012.vtu" for the parts "shell_" and ".vtu".
+bool IsNumbered(const std::string& name, const std::string& begin, const std::string& end) {
+  if (name.size() < begin.size() + 4 + end.size() || name.compare(0, begin.size(), begin) != 0 ||
+      name.compare(name.size() - end.size(), end.size(), end) != 0) {
+    return false;
+  }
+  const std::string number = name.substr(begin.size(), name.size() - begin.size() - end.size());
+  return number.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// Removes files of steps and exports of an earlier run that are not among `names`.
 void RemoveOtherSteps(const fs::path& folder, const std::vector<std::string>& names) {
   const std::set<std::string> keep(names.begin(), names.end());
+  const std::set<std::string> known = {"contact.csv", "fields.csv", "fields.npz", "shell.inp"};
   std::vector<fs::path> others;
   std::error_code code;
   for (fs::directory_iterator it(folder, code), end; !code && it != end; it.increment(code)) {
     const std::string name = it->path().filename().string();
-    constexpr size_t kPrefix = 6, kSuffix = 4;  // "shell_", ".vtu"
-    if (name.size() < kPrefix + 4 + kSuffix || name.compare(0, kPrefix, "shell_") != 0 ||
-        name.compare(name.size() - kSuffix, kSuffix, ".vtu") != 0) {
-      continue;
-    }
-    const std::string number = name.substr(kPrefix, name.size() - kPrefix - kSuffix);
-    if (number.find_first_not_of("0123456789") == std::string::npos && keep.count(name) == 0) {
-      others.push_back(it->path());
-    }
+    const bool ours = known.count(name) > 0 || IsNumbered(name, "shell_", ".vtu") ||
+                      IsNumbered(name, "fields_", ".csv");
+    if (ours && keep.count(name) == 0) others.push_back(it->path());
   }
-  if (keep.count("contact.csv") == 0) others.push_back(folder / "contact.csv");
   for (const fs::path& path : others) fs::remove(path, code);
 }
 
@@ -90,68 +95,31 @@ std::string DataArray(const std::string& type,
          "</DataArray>\n";
 }
 
-// Collects the values of one point field; what is not finite becomes 0 and is counted.
-class PointArray {
- public:
-  PointArray(std::string name, std::vector<std::string> components, size_t num_points)
-      : attributes_("Name=\"" + name + "\"") {
-    const size_t n = std::max<size_t>(components.size(), 1);
-    attributes_ += " NumberOfComponents=\"" + std::to_string(n) + "\"";
-    for (size_t i = 0; i < components.size(); ++i) {
-      attributes_ += " ComponentName" + std::to_string(i) + "=\"" + components[i] + "\"";
-    }
-    values_.reserve(n * num_points);
+std::string ToXml(const Field& field) {
+  std::string attributes =
+      "Name=\"" + field.name + "\" NumberOfComponents=\"" + std::to_string(field.width()) + "\"";
+  for (size_t i = 0; i < field.components.size(); ++i) {
+    attributes += " ComponentName" + std::to_string(i) + "=\"" + field.components[i] + "\"";
   }
-  void Add(double value) {
-    const bool finite = std::isfinite(value);
-    num_not_finite_ += finite ? 0 : 1;
-    values_.push_back(finite ? value : 0.0);
-  }
-  template <int n>
-  void Add(const Eigen::Matrix<double, n, 1>& value) {
-    for (int i = 0; i < n; ++i) Add(value[i]);
-  }
-  size_t num_not_finite() const { return num_not_finite_; }
-  std::string ToXml() const { return DataArray("Float64", attributes_, values_); }
-
- private:
-  std::string attributes_;
-  std::vector<double> values_;
-  size_t num_not_finite_ = 0;
-};
+  return DataArray("Float64", attributes, field.values);
+}
 
 // Writes states of one problem; what no displacement changes is encoded once.
 class StateWriter {
  public:
-  explicit StateWriter(const ShellProblem& problem)
-      : problem_(problem), mesh_(MakeOutputMesh(problem.surface())) {
-    const size_t n = mesh_.points.size();
-    PointArray points("Points", {"x", "y", "z"}, n);
-    PointArray uv("uv", {"u", "v"}, n);
-    PointArray curvatures("principal_curvatures", {"1", "2"}, n);
-    PointArray direction("principal_direction_1", {"x", "y", "z"}, n);
-    sites_.reserve(n);
-    for (const ElementPoint& at : mesh_.points) {
-      sites_.push_back(MakeFieldSite(problem.surface(), at));
-      const FieldSite& site = sites_.back();
-      points.Add(site.point.position);
-      uv.Add(site.uv[0]);
-      uv.Add(site.uv[1]);
-      curvatures.Add(site.principal_curvatures);
-      direction.Add(site.principal_direction_1);
-    }
+  explicit StateWriter(const ShellProblem& problem) : table_(problem) {
     std::vector<std::int32_t> connectivity, offsets;
-    for (const std::array<int, 3>& triangle : mesh_.triangles) {
+    for (const std::array<int, 3>& triangle : table_.mesh().triangles) {
       connectivity.insert(connectivity.end(), triangle.begin(), triangle.end());
       offsets.push_back(static_cast<std::int32_t>(connectivity.size()));
     }
     constexpr std::uint8_t kVtkTriangle = 5;
-    const std::vector<std::uint8_t> types(mesh_.triangles.size(), kVtkTriangle);
-    geometry_ = "<Points>\n" + points.ToXml() + "</Points>\n<Cells>\n" +
+    const std::vector<std::uint8_t> types(table_.mesh().triangles.size(), kVtkTriangle);
+    geometry_ = "<Points>\n" + ToXml(table_.points()) + "</Points>\n<Cells>\n" +
                 DataArray("Int32", "Name=\"connectivity\"", connectivity) +
                 DataArray("Int32", "Name=\"offsets\"", offsets) +
                 DataArray("UInt8", "Name=\"types\"", types) + "</Cells>\n";
-    rest_fields_ = uv.ToXml() + curvatures.ToXml() + direction.ToXml();
+    for (const Field& field : table_.rest_fields()) rest_fields_ += ToXml(field);
   }
 
   // The contents of a .vtu file. Adds the number of values that are not finite.
@@ -161,61 +129,28 @@ class StateWriter {
                   double time,
                   size_t* num_not_finite,
                   const std::vector<ExtraField>& extra = {}) const {
-    const size_t n = sites_.size();
-    const std::vector<std::string> xyz = {"x", "y", "z"}, tensor = {"11", "22", "12"};
-    PointArray displacement("displacement", xyz, n), normal("normal", xyz, n);
-    PointArray membrane_strain("membrane_strain", tensor, n);
-    PointArray principal("principal_membrane_strain", {"1", "2"}, n);
-    PointArray bending_strain("bending_strain", tensor, n);
-    PointArray membrane_force("membrane_force", tensor, n), moment("moment", tensor, n);
-    PointArray top("von_mises_top", {}, n), bottom("von_mises_bottom", {}, n);
-    PointArray energy("energy_density", {}, n);
-    PointArray membrane_energy("membrane_energy_density", {}, n);
-    PointArray bending_energy("bending_energy_density", {}, n);
-    PointArray lowest_mode("lowest_mode", xyz, n);
-    for (const FieldSite& site : sites_) {
-      const ShellFields fields = EvaluateFields(problem_, displacements, site);
-      displacement.Add(fields.displacement);
-      normal.Add(fields.normal);
-      membrane_strain.Add(fields.membrane_strain);
-      principal.Add(fields.principal_membrane_strain);
-      bending_strain.Add(fields.bending_strain);
-      membrane_force.Add(fields.membrane_force);
-      moment.Add(fields.moment);
-      top.Add(fields.von_mises_top);
-      bottom.Add(fields.von_mises_bottom);
-      energy.Add(fields.membrane_energy_density + fields.bending_energy_density);
-      membrane_energy.Add(fields.membrane_energy_density);
-      bending_energy.Add(fields.bending_energy_density);
-      if (mode.size() == 0) continue;
-      const auto& vertices = problem_.surface().control_vertices(site.element);
-      Eigen::Vector3d moved = Eigen::Vector3d::Zero();
-      for (size_t i = 0; i < vertices.size(); ++i) {
-        moved += site.point.weights(kRowValue, i) * mode.col(vertices[i]);
-      }
-      lowest_mode.Add(moved);
-    }
+    const size_t n = table_.num_points();
     std::string arrays;
-    if (mode.size() > 0) arrays += lowest_mode.ToXml();
-    for (const ExtraField& field : extra) {
-      PointArray array(field.name, {}, n);
-      for (const double value : field.values) array.Add(value);
-      arrays += array.ToXml();
+    if (mode.size() > 0) {
+      Field lowest_mode("lowest_mode", {"x", "y", "z"}, n);
+      for (const FieldSite& site : table_.sites()) {
+        const auto& vertices = table_.problem().surface().control_vertices(site.element);
+        Eigen::Vector3d moved = Eigen::Vector3d::Zero();
+        for (size_t i = 0; i < vertices.size(); ++i) {
+          moved += site.point.weights(kRowValue, i) * mode.col(vertices[i]);
+        }
+        lowest_mode.Add(moved);
+      }
+      arrays += ToXml(lowest_mode);
     }
-    for (const PointArray* array : {&displacement,
-                                    &normal,
-                                    &membrane_strain,
-                                    &principal,
-                                    &bending_strain,
-                                    &membrane_force,
-                                    &moment,
-                                    &top,
-                                    &bottom,
-                                    &energy,
-                                    &membrane_energy,
-                                    &bending_energy}) {
-      *num_not_finite += array->num_not_finite();
-      arrays += array->ToXml();
+    for (const ExtraField& field : extra) {
+      Field array(field.name, {}, n);
+      for (const double value : field.values) array.Add(value);
+      arrays += ToXml(array);
+    }
+    for (const Field& field : table_.StateFields(displacements)) {
+      *num_not_finite += field.num_not_finite;
+      arrays += ToXml(field);
     }
     return "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
            "byte_order=\"" +
@@ -225,31 +160,31 @@ class StateWriter {
                      "Name=\"TimeValue\" NumberOfTuples=\"1\"",
                      std::vector<double>{std::isfinite(time) ? time : 0.0}) +
            "</FieldData>\n<Piece NumberOfPoints=\"" + std::to_string(n) + "\" NumberOfCells=\"" +
-           std::to_string(mesh_.triangles.size()) + "\">\n" + geometry_ +
+           std::to_string(table_.mesh().triangles.size()) + "\">\n" + geometry_ +
            "<PointData Vectors=\"displacement\" Normals=\"normal\">\n" + arrays + rest_fields_ +
            "</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
   }
 
-  const OutputMesh& mesh() const { return mesh_; }
+  const OutputMesh& mesh() const { return table_.mesh(); }
 
   // The contents of deformed.ply.
   std::string Ply(const Eigen::Matrix3Xd& displacements) const {
     std::string text = std::string("ply\nformat ") +
                        (IsLittleEndian() ? "binary_little_endian" : "binary_big_endian") +
                        " 1.0\ncomment deformed middle surface\nelement vertex " +
-                       std::to_string(sites_.size()) + "\n";
+                       std::to_string(table_.num_points()) + "\n";
     for (const char* name : {"x", "y", "z", "nx", "ny", "nz"}) {
       text += std::string("property double ") + name + "\n";
     }
-    text += "element face " + std::to_string(mesh_.triangles.size()) +
+    text += "element face " + std::to_string(table_.mesh().triangles.size()) +
             "\nproperty list uchar int vertex_indices\nend_header\n";
-    for (const FieldSite& site : sites_) {
-      const ShellFields fields = EvaluateFields(problem_, displacements, site);
+    for (const FieldSite& site : table_.sites()) {
+      const ShellFields fields = EvaluateFields(table_.problem(), displacements, site);
       const Eigen::Vector3d x = fields.position + fields.displacement;
       for (int i = 0; i < 3; ++i) Append(std::isfinite(x[i]) ? x[i] : 0.0, &text);
       for (int i = 0; i < 3; ++i) Append(fields.normal[i], &text);
     }
-    for (const std::array<int, 3>& triangle : mesh_.triangles) {
+    for (const std::array<int, 3>& triangle : table_.mesh().triangles) {
       Append<std::uint8_t>(3, &text);
       for (const int vertex : triangle) Append<std::int32_t>(vertex, &text);
     }
@@ -257,9 +192,7 @@ class StateWriter {
   }
 
  private:
-  const ShellProblem& problem_;
-  OutputMesh mesh_;
-  std::vector<FieldSite> sites_;
+  FieldTable table_;
   std::string geometry_, rest_fields_;
 };
 

@@ -100,7 +100,7 @@ using MoreFiles = std::function<std::vector<NamedFile>(const nlohmann::ordered_j
 // converged.
 //
 // False and *error, and the folder's earlier results as they were, where a file cannot be written.
-// `accuracy` may be null.
+// `accuracy` may be null. `more`: files that appear with the others (solver/exports.h).
 bool WriteResults(const std::string& folder,
                   const ShellProblem& problem,
                   const SolverSummary& summary,

@@ -16,7 +16,8 @@ const KindKeys& ShapeKeys() {
                                               {"capsule", {"radius", "length", "axis"}},
                                               {"box", {"half_sizes", "rounding", "axis"}},
                                               {"plane", {}},
-                                              {"mesh", {"file"}}};
+                                              {"mesh", {"file"}},
+                                              {"link", {"link", "geometry", "element"}}};
   return keys;
 }
 
@@ -32,15 +33,10 @@ bool IsIdentifier(const std::string& text) {
   });
 }
 
-bool FingerReader::ReadUnitVector(const YamlField& field, std::array<double, 3>* vector) {
-  if (!ReadNumbers(field, 3, kVectorAllowed, kAnyNumber, vector->data())) return false;
-  Eigen::Map<Eigen::Vector3d> v(vector->data());
-  if (v.isZero(0.0)) return Fail(field, "a vector of length zero", kVectorAllowed);
-  v.stableNormalize();
-  return true;
-}
-
-bool FingerReader::ReadShape(const YamlField& field, FingerSpec* finger) {
+bool FingerReader::ReadShape(const YamlField& field,
+                             const YamlMap& finger_map,
+                             bool* is_link,
+                             FingerSpec* finger) {
   const Names kinds = Kinds(ShapeKeys());
   YamlMap map;
   YamlField kind, entry;
@@ -50,6 +46,8 @@ bool FingerReader::ReadShape(const YamlField& field, FingerSpec* finger) {
       !CheckKindKeys(map, ShapeKeys(), {"kind"}, name)) {
     return false;
   }
+  *is_link = name == "link";
+  if (*is_link) return ReadLinkFinger(field, finger_map, finger);
   finger->shape =
       static_cast<FingerSpec::Shape>(std::find(kinds.begin(), kinds.end(), name) - kinds.begin());
   if (const YamlField* axis = map.Find("axis")) {
@@ -95,16 +93,29 @@ bool FingerReader::ReadShape(const YamlField& field, FingerSpec* finger) {
   return true;
 }
 
+bool FingerReader::ReadPlace(const YamlMap& map, FingerSpec* finger) {
+  YamlField position, direction;
+  if (const YamlField* const in = map.Find("direction_in")) {
+    return Fail(*in, "direction_in of a shape that is no link", "shape: {kind: link, ...} with it");
+  }
+  return Require(map, "position", kVectorAllowed, &position) &&
+         ReadNumbers(position, 3, kVectorAllowed, kAnyNumber, finger->position.data()) &&
+         Require(map, "direction", kVectorAllowed, &direction) &&
+         ReadUnitVector(direction, &finger->direction);
+}
+
 bool FingerReader::ReadFinger(const YamlField& field,
                               const std::vector<FingerSpec>& others,
                               FingerSpec* finger) {
   constexpr char kNameAllowed[] = "a name of letters, digits and _ that begins with no digit";
   constexpr char kMotionAllowed[] = "{travel: number} or {force: number}";
   YamlMap map, motion;
-  YamlField name, shape, position, direction, entry;
+  YamlField name, shape, entry;
+  bool is_link = false;
   finger->location = Location(field);
   if (!OpenMap(field, "a map with name, shape, position, direction, motion", &map) ||
-      !CheckKeys(map, {"name", "shape", "position", "direction", "motion", "friction"}) ||
+      !CheckKeys(
+          map, {"name", "shape", "position", "direction", "direction_in", "motion", "friction"}) ||
       !Require(map, "name", kNameAllowed, &name) ||
       !ReadScalar(name, kNameAllowed, &finger->name)) {
     return false;
@@ -115,11 +126,8 @@ bool FingerReader::ReadFinger(const YamlField& field,
       return Fail(name, Quote(finger->name) + " a second time", "a different name for each finger");
     }
   }
-  if (!Require(map, "shape", "a map with the key kind", &shape) || !ReadShape(shape, finger) ||
-      !Require(map, "position", kVectorAllowed, &position) ||
-      !ReadNumbers(position, 3, kVectorAllowed, kAnyNumber, finger->position.data()) ||
-      !Require(map, "direction", kVectorAllowed, &direction) ||
-      !ReadUnitVector(direction, &finger->direction) ||
+  if (!Require(map, "shape", "a map with the key kind", &shape) ||
+      !ReadShape(shape, map, &is_link, finger) || (!is_link && !ReadPlace(map, finger)) ||
       !Require(map, "motion", kMotionAllowed, &entry) || !OpenMap(entry, kMotionAllowed, &motion) ||
       !CheckKeys(motion, {"travel", "force"})) {
     return false;

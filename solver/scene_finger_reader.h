@@ -4,16 +4,16 @@
 #include <string>
 #include <vector>
 
-#include "solver/scene_surface_reader.h"
+#include "solver/scene_hand_reader.h"
 
 // The section `fingers` of a scene. Part of the scene reader, not installed.
 
 namespace darboux {
 
-class FingerReader : public SurfaceReader {
+class FingerReader : public HandReader {
  protected:
   FingerReader(const std::string& file, const std::string& folder, const ReadOptions& options)
-      : SurfaceReader(file, folder, options) {}
+      : HandReader(file, folder, options) {}
   ~FingerReader() = default;
 
   // others: those read before, whose names are taken.
@@ -22,8 +22,12 @@ class FingerReader : public SurfaceReader {
                   FingerSpec* finger);
 
  private:
-  bool ReadShape(const YamlField& field, FingerSpec* finger);
-  bool ReadUnitVector(const YamlField& field, std::array<double, 3>* vector);
+  // `finger_map`: the finger's own, of which links of a hand read place and direction as well.
+  bool ReadShape(const YamlField& field,
+                 const YamlMap& finger_map,
+                 bool* is_link,
+                 FingerSpec* finger);
+  bool ReadPlace(const YamlMap& map, FingerSpec* finger);
 };
 
 // Letters, digits and _, no digit first: names that are part of a path into summary.json.

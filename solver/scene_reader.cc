@@ -180,6 +180,7 @@ bool SceneParser::ReadRoot(const YamlField& root) {
                   "model",
                   "supports",
                   "loads",
+                  "hand",
                   "fingers",
                   "steps",
                   "path",
@@ -199,6 +200,9 @@ bool SceneParser::ReadRoot(const YamlField& root) {
   }
   if (const YamlField* steps = map.Find("steps")) {
     if (!ReadSteps(*steps)) return false;
+  }
+  if (const YamlField* hand = map.Find("hand")) {
+    if (!ReadHand(*hand)) return false;
   }
   return ReadSection(map, "supports", &SceneParser::ReadSupport, &scene_.supports) &&
          ReadSection(map, "loads", &SceneParser::ReadLoad, &scene_.loads) &&

@@ -187,6 +187,10 @@ TEST_F(DarbouxDeformTest, MistakesOnTheCommandLineExitWithTwoAndWriteNothing) {
       {{ball, OutFlag(), "--divisions=8,8"},
        "--divisions: found a surface of kind icosphere; allowed a parametric surface"},
       {{Plate(), OutFlag(), "--repair=some"}, "true or false"},
+      {{Plate(), OutFlag(), "--export=xml"}, "--export: found 'xml'; allowed csv | npz | inp"},
+      {{Plate(), OutFlag(), "--export_only"}, "--export_only: found --export="},
+      {{Plate(), OutFlag(), "--export=inp", "--inp_element=S5"}, "--inp_element: found 'S5'"},
+      {{ball, OutFlag(), "--export=inp", "--inp_element=S8R"}, "which has four corners"},
       {{"missing.yaml", OutFlag()}, "missing.yaml:0: scene:"},
       {{folder_.string(), OutFlag()}, "scene:"},
       {{Plate(), "--out=" + Plate()}, "is no folder"},
@@ -262,6 +266,31 @@ TEST_F(DarbouxDeformTest, SecondRunReplacesTheFirst) {
   ExpectCompleteResults(3);
   EXPECT_EQ(Run({Plate(), OutFlag() + "/"}), 0) << Stderr();
   ExpectCompleteResults(1);
+}
+
+TEST_F(DarbouxDeformTest, ExportsAppearWithTheOtherFilesAndGoWithThem) {
+  const std::set<std::string> plain = {
+      "summary.json", "shell.vtu", "shell_0001.vtu", "shell.pvd", "deformed.ply", "history.csv"};
+  std::set<std::string> all = plain;
+  all.insert({"fields.csv", "fields_0001.csv", "fields.npz", "shell.inp"});
+  EXPECT_EQ(Run({Plate(), OutFlag(), "--export=csv,npz,inp"}), 0) << Stderr();
+  EXPECT_EQ(FilesIn(Out()), all);
+  EXPECT_EQ(Run({Plate(), OutFlag()}), 0) << Stderr();
+  EXPECT_EQ(FilesIn(Out()), plain);  // Those of the earlier run would be of another state.
+}
+
+TEST_F(DarbouxDeformTest, DecksAreWrittenWithoutASolutionAndSayWhatTheyLack) {
+  const std::string ball =
+      Scene("gas.yaml",
+            "name: gas\nsurface: {kind: icosphere, radius: 1, frequency: 4}\n"
+            "shell: {thickness: 0.01, young_modulus: 1.0e7, poisson_ratio: 0.3}\n"
+            "loads: [{kind: gas, gauge_pressure: 1, ambient_pressure: 10}]\n");
+  EXPECT_EQ(Run({ball, OutFlag(), "--export=inp", "--export_only"}), 0) << Stderr();
+  EXPECT_EQ(FilesIn(Out()), (std::set<std::string>{"shell.inp"}));
+  EXPECT_THAT(Stderr(), HasSubstr("shell.inp: warning: gas: there is no keyword for gas"));
+  EXPECT_THAT(ReadFile(Out() / "shell.inp"), HasSubstr("** Otherwise than in the scene:"));
+  EXPECT_EQ(Run({ball, OutFlag(), "--export=inp", "--export_only", "--quiet"}), 0);
+  EXPECT_EQ(Stderr(), "");
 }
 
 TEST_F(DarbouxDeformTest, FullDiskExitsWithOneAndLeavesNothingHalfWritten) {

@@ -33,5 +33,11 @@ TEST(FuzzReplayTest, MeshesOfTheCorpusGiveAResultOrOneLine) {
   for (const std::string& input : inputs) FuzzMesh(input);
 }
 
+TEST(FuzzReplayTest, HandsOfTheCorpusGiveAResultOrOneLine) {
+  const std::vector<std::string> inputs = Inputs(DARBOUX_SOURCE_DIR "/tests/corpus/urdf");
+  EXPECT_GE(inputs.size(), 8u);
+  for (const std::string& input : inputs) FuzzUrdf(input);
+}
+
 }  // namespace
 }  // namespace darboux

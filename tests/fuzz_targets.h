@@ -5,10 +5,12 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "geometry/mesh_doctor.h"
 #include "geometry/mesh_io.h"
 #include "geometry/point_cloud.h"
+#include "geometry/urdf.h"
 #include "solver/scene_reader.h"
 
 namespace darboux {
@@ -52,6 +54,23 @@ inline void FuzzMesh(std::string_view data) {
   // The doctor takes whatever the reader lets through.
   for (const MeshDefect& defect : FindMeshDefects(mesh, MeshDoctorOptions())) {
     CheckMessage(defect.text);
+  }
+}
+
+// A robot hand, and where its links are.
+inline void FuzzUrdf(std::string_view data) {
+  Urdf urdf;
+  std::string error;
+  if (!ParseUrdf(std::string(data), "fuzz.urdf", &urdf, &error)) {
+    CheckMessage(error);
+    CHECK(urdf.links.empty() && urdf.joints.empty());
+    return;
+  }
+  std::vector<UrdfPose> poses;
+  if (UrdfPoses(urdf, {}, UrdfPose(), &poses, &error)) {
+    CHECK_EQ(poses.size(), urdf.links.size());
+  } else {
+    CheckMessage(error);
   }
 }
 

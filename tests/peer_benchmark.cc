@@ -1,7 +1,7 @@
 // Darboux and CalculiX side by side on the same shells: each as its users run it, a whole process
-// on one thread, in turns. Prints, for each run, unknowns, iterations, errors, processor seconds
-// and peak memory, and who needs less time for 3 %, 1 %, 0.3 % and 0.1 %. Asserts only that runs
-// succeed.
+// on one thread, in turns, CalculiX with the decks that Darboux exports. Prints, for each run,
+// unknowns, iterations, errors, processor seconds and peak memory, and who needs less time for 3 %,
+// 1 %, 0.3 % and 0.1 %. Asserts only that runs succeed.
 //
 // Darboux is a Kirchhoff-Love shell; CalculiX' shells are expanded to bricks, which shear. The two
 // theories have limits of their own. "own" is the error against the limit of the solver's theory,
@@ -25,13 +25,16 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "tests/calculix_deck.h"
+#include "solver/inp_export.h"
+#include "solver/scene_reader.h"
+#include "tests/calculix_dat.h"
 #include "tests/peer_problems.h"
 
 DEFINE_string(ccx, "ccx", "CalculiX: a name on the path or a file.");
@@ -45,8 +48,7 @@ namespace darboux {
 namespace {
 
 namespace fs = std::filesystem;
-using Eigen::Vector3d;
-using Element = CalculixElement;
+using Element = InpElement;
 
 // ---- Runs -----------------------------------------------------------------------------------
 
@@ -169,13 +171,42 @@ int CountIterations(const std::string& cvg) {
   return count;
 }
 
-void RunCalculix(const PeerProblem& problem, Element element, const fs::path& work, Row* row) {
-  const CalculixMesh mesh = problem.mesh(element, row->size);
-  CalculixDeck deck = problem.deck(mesh);
-  for (const PeerQuantity& quantity : problem.quantities) {
-    deck.printed.push_back(mesh.CornerNode(quantity.corner_s, quantity.corner_t));
+// The deck that darboux_deform --export=inp writes, for other cells and elements. Empty and *error
+// where there is none.
+std::string MakePeerDeck(const PeerProblem& problem,
+                         Element element,
+                         const std::array<int, 2>& size,
+                         bool* nonlinear,
+                         std::string* error) {
+  Scene scene;
+  const bool is_file = problem.scene.find('\n') == std::string::npos;
+  if (!(is_file ? ReadScene(std::string(DARBOUX_DATA_DIR) + "/" + problem.scene, &scene, error)
+                : ParseScene(problem.scene, problem.name, &scene, error))) {
+    return "";
   }
-  std::ofstream(work / "job.inp") << MakeDeck(mesh, deck);
+  scene.surface.divisions = size;
+  if (problem.peer_grading) scene.surface.grading = *problem.peer_grading;
+  *nonlinear = scene.model.theory == Theory::kNonlinear;
+  ShellProblem::Options options;
+  options.nonlinear = *nonlinear;
+  const std::unique_ptr<ShellProblem> shell = ShellProblem::Create(scene, options, error);
+  if (shell == nullptr) return "";
+  InpOptions inp;
+  inp.element = element;
+  inp.increments = problem.increments;
+  InpDeck deck;
+  return MakeInpDeck(*shell, inp, &deck, error) ? deck.text : "";
+}
+
+void RunCalculix(const PeerProblem& problem, Element element, const fs::path& work, Row* row) {
+  bool nonlinear = false;
+  std::string error;
+  const std::string deck = MakePeerDeck(problem, element, row->size, &nonlinear, &error);
+  if (deck.empty()) {
+    row->failure = error;
+    return;
+  }
+  std::ofstream(work / "job.inp") << deck;
   for (const char* old : {"job.dat", "job.cvg", "job.sta"}) fs::remove(work / old);
   // The process changes its folder.
   const std::string program =
@@ -184,22 +215,21 @@ void RunCalculix(const PeerProblem& problem, Element element, const fs::path& wo
   row->cpu_s = std::min(row->cpu_s, process.cpu_s);
   row->memory_mb = process.memory_mb;
   const std::string log = ReadFile(work / "job.log");
-  std::map<int, Vector3d> displacements;
-  if (!process.ended || log.find("Job finished") == std::string::npos ||
-      !ReadDat(ReadFile(work / "job.dat"), &displacements)) {
-    const size_t error = log.find("*ERROR");
-    row->failure = !process.ended               ? "stopped"
-                   : error == std::string::npos ? "failed"
-                                                : log.substr(error, log.find('\n', error) - error);
+  const CalculixResult result = ReadCalculixDat(ReadFile(work / "job.dat"));
+  if (!process.ended || log.find("Job finished") == std::string::npos || result.probes.empty()) {
+    const size_t at = log.find("*ERROR");
+    row->failure = !process.ended            ? "stopped"
+                   : at == std::string::npos ? "failed"
+                                             : log.substr(at, log.find('\n', at) - at);
     return;
   }
   const std::string key = "number of equations";
   const size_t at = log.rfind(key);
   if (at != std::string::npos) row->unknowns = std::atoi(log.c_str() + at + key.size());
-  row->iterations = deck.nonlinear ? CountIterations(ReadFile(work / "job.cvg")) : 1;
+  row->iterations = nonlinear ? CountIterations(ReadFile(work / "job.cvg")) : 1;
   row->values.clear();
-  for (size_t i = 0; i < problem.quantities.size(); ++i) {
-    row->values.push_back(displacements[deck.printed[i]][problem.quantities[i].component]);
+  for (const PeerQuantity& quantity : problem.quantities) {
+    row->values.push_back(result.probes.at(Upper(quantity.probe))[quantity.component]);
   }
 }
 

@@ -1,49 +1,11 @@
 #include "tests/peer_problems.h"
 
-#include <Eigen/Core>
-#include <cmath>
 #include <initializer_list>
 
 namespace darboux {
 namespace {
 
-using Eigen::Vector3d;
-using Element = CalculixElement;
-
-constexpr double kPi = 3.14159265358979323846;
-
-std::vector<CalculixFix> Fixed(const CalculixMesh& mesh,
-                               std::initializer_list<std::pair<CalculixMesh::Side, int>> which) {
-  std::vector<CalculixFix> list;
-  for (const auto& [side, direction] : which) {
-    list.push_back({mesh.SideNodes(side), direction, direction});
-  }
-  return list;
-}
-
-CalculixFix Clamped(const CalculixMesh& mesh, CalculixMesh::Side side) {
-  return {mesh.SideNodes(side), 1, mesh.IsSolid() ? 3 : 6};
-}
-
-// Bricks have no rotations.
-void FixRotation(const CalculixMesh& mesh,
-                 CalculixMesh::Side side,
-                 int direction,
-                 CalculixDeck* deck) {
-  if (!mesh.IsSolid()) deck->fixed.push_back({mesh.SideNodes(side), direction, direction});
-}
-
-void Add(std::vector<CalculixFix> more, CalculixDeck* deck) {
-  deck->fixed.insert(deck->fixed.end(), more.begin(), more.end());
-}
-
-// As the key grading of a scene: equal steps of q, denser towards the upper end (g > 0), or the
-// lower one.
-double Graded(double q, double g) {
-  const double r = g > 0 ? 1 - q : q, a = std::abs(g);
-  const double d = (1 - a) * r + a * r * r;
-  return g > 0 ? 1 - d : d;
-}
+using Element = InpElement;
 
 std::vector<std::pair<Element, std::array<int, 2>>> Peers(
     Element element, std::initializer_list<std::array<int, 2>> sizes) {
@@ -74,61 +36,11 @@ PeerProblem ClampedPlate() {
       "loads: [{kind: normal_traction, value: 1}]\n"
       "probes: [{name: centre, at: {uv: [0, 0]}}]\n";
   problem.divisions = {{4, 4}, {8, 8}, {16, 16}, {32, 32}};
-  problem.quantities = {{"centre", 2, 0, 0, 0.13817284435, 0.13842, std::nullopt}};
+  problem.quantities = {{"centre", 2, 0.13817284435, 0.13842, std::nullopt}};
   problem.peers = Joined(Peers(Element::kS8R, {{2, 2}, {4, 4}, {8, 8}, {16, 16}}),
                          Peers(Element::kC3D20R, {{2, 2}, {4, 4}, {8, 8}, {16, 16}, {32, 32}}));
-  problem.mesh = [](Element element, std::array<int, 2> cells) {
-    return CalculixMesh(element, cells, 1.0, [](double s, double t) {
-      return PatchPoint{{50 * Graded(s, 0.85), 50 * Graded(t, 0.85), 0}, Vector3d::UnitZ()};
-    });
-  };
-  problem.deck = [](const CalculixMesh& mesh) {
-    CalculixDeck deck;
-    deck.young_modulus = 1e7;
-    deck.poisson_ratio = 0.3;
-    deck.fixed = Fixed(mesh, {{CalculixMesh::kSMin, 1}, {CalculixMesh::kTMin, 2}});
-    FixRotation(mesh, CalculixMesh::kSMin, 5, &deck);
-    FixRotation(mesh, CalculixMesh::kTMin, 4, &deck);
-    Add({Clamped(mesh, CalculixMesh::kSMax), Clamped(mesh, CalculixMesh::kTMax)}, &deck);
-    deck.forces = mesh.AreaForces([](const Vector3d&) { return Vector3d::UnitZ(); });
-    return deck;
-  };
+  problem.peer_grading = {{0.85, 0.85}};
   return problem;
-}
-
-// One eighth of the cylinder of data/pinched_cylinder.yaml, cells graded alike for both solvers.
-CalculixMesh PinchedMesh(Element element, std::array<int, 2> cells) {
-  return CalculixMesh(element, cells, 3.0, [](double s, double t) {
-    const double x = 300 * Graded(s, 0.85), v = 0.5 * kPi * Graded(t, -0.85);
-    const Vector3d normal(0, std::sin(v), std::cos(v));
-    return PatchPoint{300 * normal + x * Vector3d::UnitX(), normal};
-  });
-}
-
-CalculixDeck PinchedDeck(const CalculixMesh& mesh) {
-  CalculixDeck deck;
-  deck.young_modulus = 3e6;
-  deck.poisson_ratio = 0.3;
-  if (mesh.IsSolid()) {
-    deck.fixed = Fixed(mesh,
-                       {{CalculixMesh::kSMin, 2},
-                        {CalculixMesh::kSMin, 3},
-                        {CalculixMesh::kSMax, 1},
-                        {CalculixMesh::kTMin, 2},
-                        {CalculixMesh::kTMax, 3}});
-  } else {
-    deck.cylindrical = true;
-    deck.fixed = Fixed(mesh,
-                       {{CalculixMesh::kSMin, 1},
-                        {CalculixMesh::kSMin, 2},
-                        {CalculixMesh::kSMax, 3},
-                        {CalculixMesh::kSMax, 5},
-                        {CalculixMesh::kTMin, 2},
-                        {CalculixMesh::kTMin, 6},
-                        {CalculixMesh::kTMax, 2},
-                        {CalculixMesh::kTMax, 6}});
-  }
-  return deck;
 }
 
 PeerProblem PinchedPoint() {
@@ -140,15 +52,9 @@ PeerProblem PinchedPoint() {
       "mesh";
   problem.scene = "pinched_cylinder.yaml";
   problem.divisions = {{8, 8}, {16, 16}, {32, 32}, {64, 64}};
-  problem.quantities = {{"under_load", 2, 1, 0, -1.828195199e-5, -1.828195199e-5, -1.8248e-5}};
+  problem.quantities = {{"under_load", 2, -1.828195199e-5, -1.828195199e-5, -1.8248e-5}};
   problem.peers = Joined(Peers(Element::kS8R, {{4, 4}, {8, 8}, {16, 16}, {32, 32}}),
                          Peers(Element::kC3D20R, {{4, 4}, {8, 8}, {16, 16}, {32, 32}}));
-  problem.mesh = PinchedMesh;
-  problem.deck = [](const CalculixMesh& mesh) {
-    CalculixDeck deck = PinchedDeck(mesh);
-    deck.forces = mesh.CornerForces(1, 0, {0, 0, -0.25});
-    return deck;
-  };
   return problem;
 }
 
@@ -170,18 +76,9 @@ PeerProblem PinchedPatch() {
       "    force: [\"0\", \"0\", \"-exp(-((u-300)^2+(300*v)^2)/450)/(450*pi)\"]\n"
       "probes: [{name: under_load, at: {uv: [300, 0]}}]\n";
   problem.divisions = {{8, 8}, {16, 16}, {32, 32}, {64, 64}};
-  problem.quantities = {{"under_load", 2, 1, 0, -1.525774e-5, -1.52814e-5, std::nullopt}};
+  problem.quantities = {{"under_load", 2, -1.525774e-5, -1.52814e-5, std::nullopt}};
   problem.peers = Joined(Peers(Element::kS8R, {{4, 4}, {8, 8}, {16, 16}, {32, 32}}),
                          Peers(Element::kC3D20R, {{4, 4}, {8, 8}, {16, 16}, {32, 32}}));
-  problem.mesh = PinchedMesh;
-  problem.deck = [](const CalculixMesh& mesh) {
-    CalculixDeck deck = PinchedDeck(mesh);
-    deck.forces = mesh.AreaForces([](const Vector3d& x) {
-      const double u = x.x() - 300, arc = 300 * std::atan2(x.y(), x.z());
-      return Vector3d(0, 0, -std::exp(-(u * u + arc * arc) / 450) / (450 * kPi));
-    });
-    return deck;
-  };
   return problem;
 }
 
@@ -193,24 +90,11 @@ PeerProblem Cantilever() {
       "(data/cantilever_shear.yaml): shear moves the linear tip by 1e-4";
   problem.scene = "cantilever_shear.yaml";
   problem.divisions = {{6, 1}, {12, 1}, {24, 1}, {48, 2}};
-  problem.quantities = {{"tip", 0, 1, 0, -3.28954362, -3.28954362, -3.286},
-                        {"tip", 2, 1, 0, 6.69988894, 6.69988894, 6.698}};
+  problem.quantities = {{"tip", 0, -3.28954362, -3.28954362, -3.286},
+                        {"tip", 2, 6.69988894, 6.69988894, 6.698}};
   problem.peers = Joined(Peers(Element::kS8R, {{4, 2}, {8, 2}, {16, 2}, {32, 2}}),
                          Peers(Element::kC3D20R, {{4, 2}, {8, 2}, {16, 2}, {32, 4}}));
-  problem.mesh = [](Element element, std::array<int, 2> cells) {
-    return CalculixMesh(element, cells, 0.1, [](double s, double t) {
-      return PatchPoint{{10 * s, t, 0}, Vector3d::UnitZ()};
-    });
-  };
-  problem.deck = [](const CalculixMesh& mesh) {
-    CalculixDeck deck;
-    deck.young_modulus = 1.2e6;
-    deck.nonlinear = true;
-    deck.first_increment = deck.largest_increment = 0.5;  // The fastest: 0.1 takes twice as long.
-    deck.fixed = {Clamped(mesh, CalculixMesh::kSMin)};
-    deck.forces = mesh.SideForces(CalculixMesh::kSMax, {0, 0, 4});
-    return deck;
-  };
+  problem.increments = {{0.5, 0.5}};  // The fastest: 0.1 takes twice as long.
   return problem;
 }
 
@@ -222,30 +106,10 @@ PeerProblem Hemisphere() {
       "bricks extrapolated from 16, 24 and 32 cells, by 0.04 %";
   problem.scene = "pinched_hemisphere.yaml";
   problem.divisions = {{10, 10}, {16, 16}, {24, 24}, {40, 40}};
-  problem.quantities = {{"pulled", 0, 0, 0, 4.07431, 4.0758, 4.067},
-                        {"pinched", 1, 1, 0, -8.14939, -8.1541, -8.178}};
+  problem.quantities = {{"pulled", 0, 4.07431, 4.0758, 4.067},
+                        {"pinched", 1, -8.14939, -8.1541, -8.178}};
   problem.peers = Peers(Element::kC3D20R, {{8, 8}, {16, 16}, {24, 24}});
-  problem.mesh = [](Element element, std::array<int, 2> cells) {
-    return CalculixMesh(element, cells, 0.04, [](double s, double t) {
-      const double u = 0.5 * kPi * s, v = 0.4 * kPi * t;
-      const Vector3d normal(std::cos(v) * std::cos(u), std::cos(v) * std::sin(u), std::sin(v));
-      return PatchPoint{10 * normal, normal};
-    });
-  };
-  problem.deck = [](const CalculixMesh& mesh) {
-    CalculixDeck deck;
-    deck.young_modulus = 6.825e7;
-    deck.poisson_ratio = 0.3;
-    deck.nonlinear = true;
-    deck.first_increment = 0.05;
-    deck.fixed = Fixed(mesh, {{CalculixMesh::kSMin, 2}, {CalculixMesh::kSMax, 1}});
-    deck.fixed.push_back({{mesh.CornerNode(0, 0)}, 3, 3});
-    deck.forces = mesh.CornerForces(0, 0, {200, 0, 0});
-    for (const auto& [node, force] : mesh.CornerForces(1, 0, {0, -200, 0})) {
-      deck.forces.emplace(node, Vector3d::Zero()).first->second += force;
-    }
-    return deck;
-  };
+  problem.increments = {{0.05, 0.1}};
   return problem;
 }
 
@@ -258,26 +122,11 @@ PeerProblem Annulus() {
       "17.5012 (README.md)";
   problem.scene = "slit_annulus.yaml";
   problem.divisions = {{3, 30}, {4, 40}, {6, 60}, {10, 100}};
-  problem.quantities = {{"inner", 2, 0, 1, 13.8447, 13.8636, 13.891},
-                        {"outer", 2, 1, 1, 17.4823, 17.5012, 17.528}};
+  problem.quantities = {{"inner", 2, 13.8447, 13.8636, 13.891},
+                        {"outer", 2, 17.4823, 17.5012, 17.528}};
   problem.peers = Joined(Peers(Element::kS8R, {{2, 16}, {4, 30}}),
                          Peers(Element::kC3D20R, {{2, 16}, {3, 30}, {6, 60}}));
-  problem.mesh = [](Element element, std::array<int, 2> cells) {
-    return CalculixMesh(element, cells, 0.03, [](double s, double t) {
-      const double r = 6 + 4 * s, v = 2 * kPi * t;
-      return PatchPoint{{r * std::cos(v), r * std::sin(v), 0}, Vector3d::UnitZ()};
-    });
-  };
-  problem.deck = [](const CalculixMesh& mesh) {
-    CalculixDeck deck;
-    deck.young_modulus = 21e6;
-    deck.nonlinear = true;
-    deck.first_increment = 0.02;
-    deck.largest_increment = 0.05;
-    deck.fixed = {Clamped(mesh, CalculixMesh::kTMin)};
-    deck.forces = mesh.SideForces(CalculixMesh::kTMax, {0, 0, 0.8});
-    return deck;
-  };
+  problem.increments = {{0.02, 0.05}};
   return problem;
 }
 

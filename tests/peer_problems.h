@@ -2,13 +2,12 @@
 #define DARBOUX_TESTS_PEER_PROBLEMS_H_
 
 #include <array>
-#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "tests/calculix_deck.h"
+#include "solver/inp_mesh.h"
 
 namespace darboux {
 
@@ -19,7 +18,6 @@ namespace darboux {
 struct PeerQuantity {
   std::string probe;
   int component;
-  int corner_s, corner_t;  // where it is on the patch
   double kirchhoff_love, shearing;
   std::optional<double> published;
 };
@@ -30,9 +28,9 @@ struct PeerProblem {
   std::string scene;  // text of a scene, or the name of a file in data/
   std::vector<std::array<int, 2>> divisions;
   std::vector<PeerQuantity> quantities;
-  std::vector<std::pair<CalculixElement, std::array<int, 2>>> peers;
-  std::function<CalculixMesh(CalculixElement, std::array<int, 2>)> mesh;
-  std::function<CalculixDeck(const CalculixMesh&)> deck;
+  std::vector<std::pair<InpElement, std::array<int, 2>>> peers;
+  // CalculiX' own: cells graded otherwise than the scene's; the first and the largest increment.
+  std::optional<std::array<double, 2>> peer_grading, increments;
 };
 
 std::vector<PeerProblem> MakePeerProblems();

@@ -422,7 +422,8 @@ TEST(SceneReaderTest, MistakesInAliasesAreReportedWhereTheyAreUsed) {
 // ---- Mistakes --------------------------------------------------------------------------------
 
 constexpr char kRootKeys[] =
-    "name | surface | shell | model | supports | loads | fingers | steps | path | probes | expect";
+    "name | surface | shell | model | supports | loads | hand | fingers | steps | path | probes | "
+    "expect";
 constexpr char kSurfaceKinds[] =
     "plane | cylinder | sphere | ellipsoid | torus | monkey_saddle | expression | implicit | mesh "
     "| "
@@ -559,7 +560,7 @@ std::vector<Mistake> Mistakes() {
             "fingers: [{name: left, shape: {kind: spere, radius: 2}, position: [0, 0, 400], "
             "direction: [0, 0, -1], motion: {travel: 1}}]"),
        "36: fingers[0].shape.kind: found 'spere'; allowed pin | sphere | capsule | box | plane | "
-       "mesh; did you mean 'sphere'?"},
+       "mesh | link; did you mean 'sphere'?"},
       {"FingerRadius",
        Edit("steps: 4",
             "fingers: [{name: left, shape: {kind: sphere, radius: 0}, position: [0, 0, 400], "

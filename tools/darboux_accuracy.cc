@@ -7,6 +7,8 @@
 // Exit status: 0 done; 1 no reference could be established, nothing converged, or interrupted (what
 // there is is written), or the results could not be written; 2 bad input, with nothing written.
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -190,7 +192,10 @@ int Run(int argc, char** argv) {
     std::sort(targets.rbegin(), targets.rend());
   }
   options.solver.stop = StopOnSignal();
-  options.on_run = [](const StudyRun& run, int done, int planned, double seconds_left) {
+  // The table at the end has all of it: lines are for who waits, and for machines.
+  const bool tells = progress::IsJson() || isatty(STDERR_FILENO) != 0;
+  options.on_run = [tells](const StudyRun& run, int done, int planned, double seconds_left) {
+    if (!tells) return;
     const RunOutcome& outcome = run.outcome;
     progress::Json fields = {{"run", done},
                              {"runs", planned},

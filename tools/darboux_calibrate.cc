@@ -14,11 +14,16 @@
 #include "solver/calibration_reader.h"
 #include "solver/calibration_report.h"
 #include "solver/calibration_results.h"
+#include "solver/exports.h"
 #include "solver/file_set.h"
 #include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/solver_flags.h"
 
+DEFINE_string(export,
+              "",
+              "output | FORMATS | csv or npz, joined by commas; default: none | Fields in each "
+              "grasp_K besides: csv (fields_NNNN.csv, fields.csv), npz (fields.npz, for NumPy).");
 DEFINE_int32(bootstrap,
              -1,
              "solver | N | >= 0; default: as the file says | Resamples of points and readings for "
@@ -38,6 +43,7 @@ constexpr HelpItem kFiles[] = {
      "values, 95 % intervals, verdicts, correlations, sensitivities, distances of the scans"},
     {"grasp_K/", "scene K in the calibrated state, with the files that darboux_deform writes"},
     {"grasp_K/scan_S.ply", "its scans, registered to the shell"},
+    {"grasp_K/fields.csv, fields.npz", "with --export: fields of the grasp's scene"},
     {"report.html", "with --report: shapes, numbers and plots in one file, for any browser"}};
 
 constexpr HelpItem kExitStatuses[] = {
@@ -81,7 +87,12 @@ int Run(int argc, char** argv) {
   if (!ParseCommandLine(kTool, argc, argv, &arguments, &exit_status)) return exit_status;
   CalibrationSpec spec;
   CalibrationOptions options;
+  ExportOptions exports;
   std::string error;
+  if (!ParseExports(FLAGS_export, false, &exports, &error)) {
+    PrintError("--export: " + error);
+    return kExitBadInput;
+  }
   if (!SolverOptionsFromFlags(&options.solver, &error) ||
       !ReadCalibration(arguments[0], &spec, &error)) {
     PrintError(error);
@@ -138,7 +149,7 @@ int Run(int argc, char** argv) {
            MakeReportHtml(MakeCalibrationReport(kTool.name, spec, summary, models, json))}};
     };
   }
-  if (!WriteCalibration(FLAGS_out, spec, summary, models, &error, more)) {
+  if (!WriteCalibration(FLAGS_out, spec, summary, models, exports, &error, more)) {
     PrintError(error);
     return kExitNotConverged;
   }

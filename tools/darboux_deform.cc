@@ -2,6 +2,7 @@
 // Sample runs:
 //   darboux_deform data/pinched_cylinder.yaml --out=pinched
 //   darboux_deform data/pinched_cylinder.yaml --out=pinched --theory=nonlinear --divisions=32,32
+//   darboux_deform data/pinched_cylinder.yaml --out=pinched --export=inp,csv,npz
 //
 // Exit status: 0 converged, and every `expect` of the scene holds; 1 not converged, an `expect`
 // fails, model.accuracy is not reached, interrupted, or the results could not be written; 2 bad
@@ -17,12 +18,28 @@
 #include <vector>
 
 #include "solver/accuracy.h"
+#include "solver/exports.h"
 #include "solver/report_view.h"
 #include "solver/results.h"
 #include "solver/shell_solver.h"
 #include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/solver_flags.h"
+
+DEFINE_string(export,
+              "",
+              "output | FORMATS | csv, npz or inp, joined by commas; default: none | What to write "
+              "besides: csv, fields_NNNN.csv and fields.csv; npz, fields.npz for NumPy; inp, "
+              "shell.inp, the scene for CalculiX and Abaqus.");
+DEFINE_bool(export_only,
+            false,
+            "output | | | With --export=inp: writes shell.inp and ends, without "
+            "solving.");
+DEFINE_string(inp_element,
+              "auto",
+              "output | ELEMENT | auto, S3, S4, S6, S8R, C3D15 or C3D20R | Elements of shell.inp; "
+              "S4, S8R and C3D20R on parametric surfaces only. auto: solid ones, C3D20R or, on "
+              "meshes, C3D15; S8R or S6 where edges have moments in the nonlinear theory.");
 
 namespace darboux {
 namespace {
@@ -42,6 +59,10 @@ constexpr HelpItem kFiles[] = {
     {"contact.csv",
      "of scenes with fingers: of each load step a row for every point in contact, its place, "
      "pressure and friction"},
+    {"fields_NNNN.csv, fields.csv",
+     "with --export=csv: the fields of each load step and of the last, a row per point"},
+    {"fields.npz", "with --export=npz: all of them as arrays of NumPy"},
+    {"shell.inp", "with --export=inp: the scene for CalculiX and Abaqus"},
     {"report.html", "with --report: shape, numbers and plots in one file, for any browser"}};
 
 constexpr HelpItem kExitStatuses[] = {
@@ -129,16 +150,61 @@ std::string Join(const std::vector<std::string>& words) {
   return text;
 }
 
+bool ExportOptionsFromFlags(const Scene& scene, ExportOptions* options, std::string* error) {
+  if (!ParseExports(FLAGS_export, true, options, error)) {
+    *error = "--export: " + *error;
+    return false;
+  }
+  if (!ParseInpElement(FLAGS_inp_element, options, error) ||
+      !CheckExports(*options, scene, error)) {
+    *error = "--inp_element: " + *error;
+    return false;
+  }
+  if (FLAGS_export_only && (!options->inp || options->csv || options->npz)) {
+    *error = "--export_only: found --export=" + FLAGS_export + "; allowed with --export=inp";
+    return false;
+  }
+  return true;
+}
+
+// What a deck says otherwise than the scene: warnings, so that nothing is dropped in silence. The
+// deck has them as well.
+void PrintRemarks(const std::vector<std::string>& remarks) {
+  for (const std::string& remark : remarks) {
+    progress::Say(
+        "remark", {{"text", remark}}, std::string(kTool.name) + ": shell.inp: warning: " + remark);
+  }
+}
+
+int ExportOnly(const Scene& scene, const ExportOptions& exports, int num_threads) {
+  std::vector<NamedFile> files;
+  std::vector<std::string> remarks;
+  std::string error;
+  if (!ExportScene(scene, exports, num_threads, &files, &remarks, &error)) {
+    PrintError(error);
+    return kExitBadInput;
+  }
+  if (!WriteFiles(FLAGS_out, files, &error)) {
+    PrintError(error);
+    return kExitNotConverged;
+  }
+  PrintRemarks(remarks);
+  if (!FLAGS_quiet) std::printf("%s: shell.inp in %s\n", scene.name.c_str(), FLAGS_out.c_str());
+  return kExitDone;
+}
+
 int Run(int argc, char** argv) {
   std::vector<std::string> arguments, overridden;
   int exit_status = kExitBadInput;
   if (!ParseCommandLine(kTool, argc, argv, &arguments, &exit_status)) return exit_status;
   Scene scene;
   SolverOptions options;
+  ExportOptions exports;
   std::string error;
   if (!SolverOptionsFromFlags(&options, &error) ||
       !ReadSceneWithFlags(arguments[0], &scene, &error) ||
-      !ApplyFlags(&scene, &overridden, &error)) {
+      !ApplyFlags(&scene, &overridden, &error) ||
+      !ExportOptionsFromFlags(scene, &exports, &error)) {
     PrintError(error);
     return kExitBadInput;
   }
@@ -147,6 +213,8 @@ int Run(int argc, char** argv) {
     PrintError("--out: found " + error + "; allowed a folder that can be written to");
     return kExitBadInput;
   }
+
+  if (FLAGS_export_only) return ExportOnly(scene, exports, options.num_threads);
 
   options.stop = StopOnSignal();
   std::unique_ptr<ShellProblem> problem;
@@ -169,18 +237,26 @@ int Run(int argc, char** argv) {
   }
 
   Results results;
-  MoreFiles more;
-  if (FLAGS_report) {
-    more = [&](const nlohmann::ordered_json& json) {
-      return std::vector<NamedFile>{
-          {kReportFile, MakeReportHtml(MakeSceneReport(kTool.name, *problem, summary, json))}};
-    };
+  std::vector<NamedFile> exported;
+  std::vector<std::string> remarks;
+  if (!MakeFieldExports(*problem, exports, ExportStatesOf(summary), {}, &exported, &error) ||
+      !MakeInpExport(*problem, exports, &summary, &exported, &remarks, &error)) {
+    PrintError(error);
+    return kExitNotConverged;
   }
+  const MoreFiles more = [&](const nlohmann::ordered_json& json) {
+    if (FLAGS_report) {
+      exported.push_back(
+          {kReportFile, MakeReportHtml(MakeSceneReport(kTool.name, *problem, summary, json))});
+    }
+    return exported;
+  };
   if (!WriteResults(
           FLAGS_out, *problem, summary, refines ? &accuracy : nullptr, &results, &error, more)) {
     PrintError(error);
     return kExitNotConverged;
   }
+  PrintRemarks(remarks);
 
   if (!FLAGS_quiet) {
     std::printf("%s: %s", scene.name.c_str(), summary.FullReport().c_str());

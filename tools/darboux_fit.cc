@@ -13,12 +13,19 @@
 #include <vector>
 
 #include "geometry/point_cloud.h"
+#include "solver/exports.h"
 #include "solver/results.h"
+#include "solver/scan_results.h"
 #include "tools/html_report.h"
 #include "tools/progress.h"
 #include "tools/scan_fit.h"
 #include "tools/solver_flags.h"
 
+DEFINE_string(
+    export,
+    "",
+    "output | FORMATS | csv or npz, joined by commas; default: none | Fields besides: csv "
+    "(fields.csv), npz (fields.npz, for NumPy).");
 DEFINE_string(scan,
               "",
               "input | FILE | .csv, .txt, .xyz, .ply, .obj, .stl or .off; required | The scan, in "
@@ -73,6 +80,7 @@ constexpr HelpItem kFiles[] = {
     {"shell.vtu", "the fitted shell with the error map scan_distance, and scan_coverage"},
     {"deformed.ply", "the fitted surface as a triangle mesh"},
     {"scan_registered.ply", "the scan in the shell's frame, with a distance at each point"},
+    {"fields.csv, fields.npz", "with --export: the fields of the fitted shell"},
     {"report.html", "with --report: shapes, numbers and plots in one file, for any browser"}};
 
 constexpr HelpItem kExitStatuses[] = {
@@ -162,6 +170,12 @@ int Run(int argc, char** argv) {
   ScanFitOptions options;
   PointCloud scan;
   std::string error;
+  ExportOptions exports;
+  exports.numbered = false;
+  if (!ParseExports(FLAGS_export, false, &exports, &error)) {
+    PrintError("--export: " + error);
+    return kExitBadInput;
+  }
   if (!OptionsFromFlags(&options, &error) || !SolverOptionsFromFlags(&options.solver, &error) ||
       !ReadSceneWithFlags(arguments[0], &scene, &error) ||
       !ApplyFlags(&scene, &overridden, &error) || !ReadPointCloud(FLAGS_scan, &scan, &error)) {
@@ -184,6 +198,21 @@ int Run(int argc, char** argv) {
   if (FLAGS_report) {
     const Report page = MakeFitReport(fit, scan.points);
     files.push_back({kReportFile, MakeReportHtml(page)});
+  }
+  if (!fit.distances.empty()) {
+    ShellFace face(fit.shell->surface(), fit.face_offset);
+    face.SetDisplacements(fit.displacements);
+    const std::vector<ExtraField> fields =
+        MakeScanFields(face, fit.feet, fit.distances, fit.counts);
+    if (!MakeFieldExports(*fit.shell,
+                          exports,
+                          {{1.0, fit.converged, &fit.displacements}},
+                          fields,
+                          &files,
+                          &error)) {
+      PrintError(error);
+      return kExitNotConverged;
+    }
   }
   if (!WriteFiles(FLAGS_out, files, &error)) {
     PrintError(error);

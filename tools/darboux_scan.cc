@@ -628,6 +628,7 @@ Report MakeScanReport(const std::string& name,
   const ReportCloud cloud = MakeCloud("scan", "error of the scan", points, errors);
   Report report = MakeReport(kTool.name, name);
   report.header["documents"]["truth"] = truth;
+  if (!FLAGS_unit.empty()) report.header["units"] = {{"length", FLAGS_unit}};
   if (target.problem == nullptr) {
     AddMeshView(name, target.surface.mesh, target.fingers, {cloud}, &report);
     return report;

@@ -140,7 +140,7 @@ void Write(const CalibrationHandle& self, const std::string& folder, bool report
   bool ok = false;
   {
     const py::gil_scoped_release release;
-    ok = WriteCalibration(folder, self.spec, self.summary, self.models, &error, more);
+    ok = WriteCalibration(folder, self.spec, self.summary, self.models, ExportOptions(), &error, more);
   }
   if (ok) return;
   PyErr_SetString(PyExc_OSError, error.c_str());

@@ -5,7 +5,7 @@ import {
   LogarithmicScale, PointElement, ScatterController, Tooltip,
 } from 'chart.js';
 import {colorOf, element} from './dom.js';
-import {number} from './format.js';
+import {number, power} from './format.js';
 
 Chart.register(BarController, BarElement, CategoryScale, Legend, LinearScale, LineElement,
                LogarithmicScale, PointElement, ScatterController, Tooltip);
@@ -17,7 +17,7 @@ const COLORS = ['--series-1', '--series-2', '--series-3', '--series-4', '--serie
 const MARKS = ['circle', 'rect', 'triangle', 'rectRot', 'star', 'crossRot', 'rectRounded', 'dash'];
 const all = [];
 
-function scale(label, isLog) {
+function scale(label, isLog, isWhole) {
   return {
     type: isLog ? 'logarithmic' : 'linear',
     title: {display: true, text: label, color: colorOf('--muted')},
@@ -25,12 +25,20 @@ function scale(label, isLog) {
     border: {color: colorOf('--line')},
     ticks: {
       color: colorOf('--muted'), maxTicksLimit: isLog ? undefined : 7, maxRotation: 0,
-      callback(value) {
-        if (!isLog) return number(value, 4);
+      precision: isWhole ? 0 : undefined,
+      callback(value, index, ticks) {
+        if (!isLog) {
+          // As many digits as tell one tick from the next.
+          const step = ticks.length > 1 ? Math.abs(ticks[1].value - ticks[0].value) : 0;
+          const digits = step > 0 && value !== 0 ? Math.ceil(Math.log10(Math.abs(value) / step) - 1e-9) + 1 : 3;
+          return Math.abs(value) < 1e-9 * step ? '0' : number(value, Math.min(12, Math.max(2, digits)));
+        }
         const exponent = Math.log10(value);
         const whole = Math.abs(exponent - Math.round(exponent)) < 1e-6;
         const span = Math.log10(this.max / this.min);
-        if (whole && (span < 8 || Math.round(exponent) % 2 === 0)) return number(value, 2);
+        if (whole && (span < 8 || Math.round(exponent) % 2 === 0)) {
+          return Math.abs(exponent) > 3.5 ? power(Math.round(exponent)) : number(value, 2);
+        }
         const mantissa = Math.round(value / 10 ** Math.floor(exponent + 1e-9));
         return span < 1.6 && [2, 5].includes(mantissa) ? number(value, 2) : '';
       },
@@ -67,7 +75,7 @@ const intervals = {
   },
 };
 
-function build(canvas, {series, x, y, logX, logY, bars, xTicks}) {
+function build(canvas, {series, x, y, logX, logY, bars, xTicks, wholeX, wholeY}) {
   const datasets = series.map((s, k) => {
     const color = colorOf(s.color ?? COLORS[k % COLORS.length]);
     return {
@@ -75,12 +83,19 @@ function build(canvas, {series, x, y, logX, logY, bars, xTicks}) {
       backgroundColor: bars ? color : s.hollow ? 'transparent' : color,
       showLine: s.line ?? true, borderWidth: s.line === false ? 1.5 : 2, tension: 0,
       borderDash: s.dash ? [6, 4] : [],
-      pointStyle: s.mark === false ? false : MARKS[k % MARKS.length],
-      pointRadius: s.points.length > 80 ? 0 : 3.5, pointHoverRadius: 6, hoverBorderWidth: 2,
+      pointStyle: s.mark === false ? 'line' : MARKS[(k + 3 * Math.floor(k / COLORS.length)) % MARKS.length],
+      pointRadius: s.mark === false || s.points.length > 80 ? 0 : 3.5, pointHoverRadius: 6, hoverBorderWidth: 2,
       barPercentage: 1, categoryPercentage: 0.96,
     };
   });
-  const scales = {x: scale(x, logX), y: scale(y, logY)};
+  const scales = {x: scale(x, logX, wholeX), y: scale(y, logY, wholeY)};
+  const ends = bars ? [] : series.flatMap((s) => s.points.flatMap((p) => [p.low, p.high]))
+    .filter((v) => Number.isFinite(v));
+  if (ends.length > 0) {
+    scales.y.suggestedMin = Math.min(...ends);
+    scales.y.suggestedMax = Math.max(...ends);
+    scales.y.grace = '5%';
+  }
   if (bars) scales.x = {...scale(x, false), type: 'category', grid: {display: false}};
   if (bars) scales.x.ticks = {color: colorOf('--muted'), maxTicksLimit: 8};
   if (xTicks) {

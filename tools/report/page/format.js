@@ -50,8 +50,10 @@ const DIMENSIONS = {
   'energy/length^2': 'energy / length²',
   'energy': 'energy',
 };
-export function unit(dimension) {
+export function unit(dimension, known = {}) {
   if (dimension === '1') return DIMENSIONS['1'];
+  if (dimension === 'length' && known.length) return known.length;
+  if (dimension === '1/length' && known.length) return `1 / ${known.length}`;
   return `${DIMENSIONS[dimension] ?? dimension}, scene units`;
 }
 

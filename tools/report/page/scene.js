@@ -189,18 +189,18 @@ export function scenePlots(view, summary) {
       const names = Object.keys(history[0].energies ?? {})
         .filter((e) => history.some((h) => Math.abs(h.energies[e] ?? 0) > 0));
       plots.push(plot({
-        title: 'Energies', x: 'load step', y: 'energy',
+        title: 'Energies', x: 'load step', y: 'energy', wholeX: true,
         series: names.map((e) => ({
           name: words(e), points: history.map((h) => ({x: h.step, y: h.energies[e]})),
         })),
       }));
       plots.push(plot({
-        title: 'Gas', x: 'load step', y: 'gauge pressure',
+        title: 'Gas', x: 'load step', y: 'gauge pressure', wholeX: true,
         series: [{name: 'gauge pressure', points: history.filter((h) => h.gas).map((h) => ({
           x: h.step, y: h.gas.gauge_pressure, title: `volume ratio ${number(h.gas.volume_ratio)}`}))}],
       }));
       plots.push(plot({
-        title: 'Iterations', x: 'load step', y: 'iterations',
+        title: 'Iterations', x: 'load step', y: 'iterations', wholeX: true, wholeY: true,
         series: [{name: 'iterations', points: history.map((h) => ({x: h.step, y: h.iterations}))}],
       }));
     }
@@ -230,11 +230,11 @@ export function scenePlots(view, summary) {
           `iteration ${it.iteration}, ${seconds(it.seconds)}`})), gap]),
     }));
     plots.push(plot({
-      title: 'Convergence', x: 'iteration', y: 'gradient over forces', logY: true,
+      title: 'Convergence', x: 'iteration', y: 'gradient over forces', logY: true, wholeX: true,
       series: series('relative_gradient'),
       note: 'A line begins where the solver sets out for the next load factor.',
     }));
-    plots.push(plot({title: 'Energy by iteration', x: 'iteration', y: 'energy', series: series('energy')}));
+    plots.push(plot({title: 'Energy by iteration', x: 'iteration', y: 'energy', wholeX: true, series: series('energy')}));
   }
   const levels = summary?.accuracy?.levels ?? [];
   if (levels.length > 0) {

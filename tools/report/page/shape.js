@@ -253,7 +253,7 @@ export class ShapeSection {
     const at = high > low ? ticks(low, high, 5) : [low];
     const {texts, exponent} = tickTexts(at);
     this.barTitle.replaceChildren(element('b', {}, name), element('br'),
-      (exponent !== 0 ? `${power(exponent)} × ` : '') + `[${unit(field.dimension)}]`);
+      (exponent !== 0 ? `${power(exponent)} × ` : '') + `[${unit(field.dimension, header.units)}]`);
     const strip = element('div', {class: 'strip'});
     strip.style.background = gradient(table, 'to right');
     const marks = at.map((value, i) => {

@@ -26,7 +26,7 @@ export function cell(value) {
 
 // rows: arrays of values, the first of which names the row.
 export function table(head, rows, caption) {
-  const isNumber = (k) => rows.some((row) => typeof row[k] === 'number' || Array.isArray(row[k]));
+  const isNumber = (k) => k > 0 && rows.some((row) => typeof row[k] === 'number' || Array.isArray(row[k]));
   return element('div', {class: 'scroll', tabindex: 0, role: 'region', 'aria-label': caption},
     element('table', {},
       element('thead', {}, element('tr', {}, ...head.map((text, k) => element('th', {

@@ -69,13 +69,15 @@ export class Viewer {
   constructor(canvas, overlay) {
     this.canvas = canvas;
     this.overlay = overlay;
-    // Asked first, on a canvas of its own: the renderer would complain in the console.
-    const probe = document.createElement('canvas').getContext('webgl2');
-    if (!probe) throw new Error('no WebGL');
-    probe.getExtension('WEBGL_lose_context')?.loseContext();
-    this.renderer = new WebGLRenderer({
-      canvas, antialias: true, alpha: true, preserveDrawingBuffer: true,
+    // Asked for here: where there is none the renderer would complain in the console.
+    const context = canvas.getContext('webgl2', {
+      alpha: true, antialias: true, depth: true, stencil: false, premultipliedAlpha: true,
+      preserveDrawingBuffer: true,
     });
+    if (!context) throw new Error('no WebGL');
+    this.renderer = new WebGLRenderer({canvas, context});
+    // Waiting for the compiler's word takes a quarter of a second; the shaders are not ours.
+    this.renderer.debug.checkShaderErrors = false;
     this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(30, 1, 0.01, 100);
