@@ -11,6 +11,7 @@ namespace darboux {
 // Robot hands as URDF describes them (wiki.ros.org/urdf/XML): links with shapes, joined into a
 // tree. Lengths in metres, angles in radians.
 
+// A frame in another one: x = rotation * y + translation.
 struct UrdfPose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
@@ -23,6 +24,7 @@ struct UrdfPose {
 // Fixed axes: about x by roll, then y by pitch, then z by yaw.
 Eigen::Matrix3d RotationOfRpy(const Eigen::Vector3d& rpy);
 
+// A shape of a link.
 struct UrdfShape {
   enum class Kind { kBox, kSphere, kCylinder, kCapsule, kMesh };
   Kind kind = Kind::kBox;
@@ -35,6 +37,7 @@ struct UrdfShape {
   int line = 0;
 };
 
+// A rigid part of the hand.
 struct UrdfLink {
   std::string name;
   std::vector<UrdfShape> collision, visual;
@@ -42,6 +45,7 @@ struct UrdfLink {
   int line = 0;
 };
 
+// What joins two links.
 struct UrdfJoint {
   enum class Kind { kRevolute, kContinuous, kPrismatic, kFixed };
   Kind kind = Kind::kFixed;
@@ -55,6 +59,7 @@ struct UrdfJoint {
   int line = 0;
 };
 
+// A robot.
 struct Urdf {
   std::string name, file;
   std::vector<UrdfLink> links;

@@ -15,6 +15,7 @@ namespace darboux {
 // The fields of solver/fields.h at all points of the output mesh, by name, for whoever writes them
 // to a file: .vtu, .csv, .npz.
 
+// One field: a number, or several, at each point.
 struct Field {
   Field(std::string field_name, std::vector<std::string> component_names, std::size_t num_points)
       : name(std::move(field_name)), components(std::move(component_names)) {
@@ -40,6 +41,7 @@ struct Field {
   std::size_t num_not_finite = 0;
 };
 
+// The fields of a shell at rest, and those of any state of it.
 class FieldTable {
  public:
   explicit FieldTable(const ShellProblem& problem);

@@ -28,6 +28,7 @@ struct InpOptions {
   bool solved = false;
 };
 
+// A deck, and what it has.
 struct InpDeck {
   std::string text;
   InpElement element = InpElement::kS6;

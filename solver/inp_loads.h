@@ -13,6 +13,7 @@ namespace darboux {
 
 // Loads of a scene as nodal forces and pressures of finite elements (solver/inp_export.h).
 
+// All loads of a scene, summed up.
 struct InpLoads {
   // By node, global components: dead forces that do the work of the loads in every displacement of
   // the elements, integrated over the exact surface; moments (shell elements only).

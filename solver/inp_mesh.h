@@ -15,6 +15,7 @@ namespace darboux {
 
 // Finite elements of CalculiX and Abaqus on a shell's rest surface (solver/inp_export.h).
 
+// Elements by their names in CalculiX and Abaqus.
 enum class InpElement {
   kS3,  // triangles of 3 and 6 nodes, quadrilaterals of 4 and 8
   kS4,
@@ -38,12 +39,14 @@ bool IsQuadrilateral(InpElement element);
 // its fibre, at heights -h/2, 0, h/2 along the normal; the middle one is there at corners only.
 class InpMesh {
  public:
+  // A point of the middle surface with the nodes on its fibre.
   struct Column {
     ElementPoint at;
     Eigen::Vector3d position, normal;
     bool is_corner = true;
     std::array<int, 3> nodes{};  // bottom, middle, top; of a shell all are the same; 0: none
   };
+  // A node and the column that it belongs to.
   struct Node {
     Eigen::Vector3d position;
     int column = 0;

@@ -28,6 +28,7 @@ struct InpCondition {
   double target = 0.0;
 };
 
+// All supports of a scene.
 struct InpSupports {
   std::vector<InpCondition> conditions;
   // Nodes with axes of their own: rows are the local axes in global components. Rotations of shells
