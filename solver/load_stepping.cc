@@ -62,8 +62,9 @@ void LoadStepping::SettleGrasp(const MixedIteration::Options& options,
                                bool fine,
                                MixedIteration::Summary* summary) {
   Grasp* const grasp = problem_->grasp();
-  const auto again = [&](MixedIteration::Options again_options) {
+  const auto again = [&](MixedIteration::Options again_options, bool polish = false) {
     again_options.has_factor = true;
+    again_options.polish = polish;
     const MixedIteration::Summary more = mixed_->Solve(again_options);
     summary->iterations += more.iterations;
     summary->chords += more.chords;
@@ -102,14 +103,14 @@ void LoadStepping::SettleGrasp(const MixedIteration::Options& options,
   State finest = coarse;
   const MixedIteration::Summary before = *summary;
   for (int update = 0; update < kMaxFineUpdates && grasp->Update(true); ++update) {
-    again(few);
+    again(few, true);
     if (!summary->converged) break;
     finest = Present();
   }
   Restore(finest);
   grasp->Settle();
   few.gradient_tolerance = options.gradient_tolerance;
-  again(few);
+  again(few, true);
   if (summary->converged && grasp->Fault().empty()) return;
   Restore(coarse);
   summary->converged = true;
@@ -121,6 +122,7 @@ MixedIteration::Options LoadStepping::MixedOptions() const {
   MixedIteration::Options options;
   options.max_iterations = std::min(kMaxIterations, options_.max_iterations);
   options.gradient_tolerance = options_.gradient_tolerance;
+  options.polish = problem_->grasp() == nullptr;  // SettleGrasp goes on
   options.stop = [this] { return deadline_.Stopped() || deadline_.TimedOut(); };
   if (deadline_.log != nullptr) {
     options.on_iteration = [this](int iteration, double energy, double relative_gradient) {

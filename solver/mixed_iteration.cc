@@ -23,6 +23,8 @@ constexpr double kMaxBend = 0.75;
 // (rad), is followed by a chord.
 constexpr double kChord = 0.1;
 constexpr double kChordRotation = 5e-3;
+// Of the tolerance.
+constexpr double kPolished = 1e-3;
 
 // Sticking is as sharp as it should be again, however a solve ends.
 struct StickGuard {
@@ -200,6 +202,7 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
     double relative_gradient = 0.0;
   };
   std::unique_ptr<Before> chord;
+  bool polishes = false;  // balanced, but a chord may still gain
   Eigen::VectorXd step;
   // A step into a state whose strains are undefined is halved, this often at most.
   constexpr int kMaxHalvings = 10;
@@ -229,11 +232,17 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
       problem_->SetMultipliers(chord->multipliers);
       stresses_ = chord->stresses;
       if (grasp != nullptr) grasp->SetState(chord->grasp);
+      summary.relative_gradient = chord->relative_gradient;
       chord.reset();
       has_factor_ = false;
       --summary.chords;
       defined = (grasp == nullptr || grasp->Close(&error)) && tangent_.Evaluate(first);
+      if (polishes) {
+        summary.converged = true;
+        return summary;
+      }
     }
+    const bool was_chord = chord != nullptr;
     chord.reset();
     if (!defined) {
       if (summary.iterations == 0 || halvings >= kMaxHalvings) {
@@ -271,11 +280,18 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
     const double before = previous;
     previous = summary.relative_gradient;
     if (stick == 1.0 &&
-        IsBalanced(gradient, summary.relative_gradient, before, options.gradient_tolerance)) {
-      summary.converged = true;
-      return summary;
+        (polishes ||
+         IsBalanced(gradient, summary.relative_gradient, before, options.gradient_tolerance))) {
+      // A Newton step that ends below the tolerance ends far below it. Chords go on until they do.
+      polishes = options.polish && was_chord && has_factor_ &&
+                 summary.relative_gradient > kPolished * options.gradient_tolerance &&
+                 summary.iterations + summary.chords < options.max_iterations;
+      if (!polishes) {
+        summary.converged = true;
+        return summary;
+      }
     }
-    if (options.stop && options.stop()) {
+    if (!polishes && options.stop && options.stop()) {
       summary.stopped = true;
       summary.message = "stopped";
       return summary;
@@ -288,11 +304,15 @@ MixedIteration::Summary MixedIteration::Solve(const Options& options) {
     std::unique_ptr<UnilateralStep> contact;
     const bool is_last = summary.iterations + summary.chords >= options.max_iterations;
     bool is_chord = has_factor_ && stick == 1.0 && !is_last &&
-                    (summary.iterations + summary.chords == 0 ||
+                    (polishes || summary.iterations + summary.chords == 0 ||
                      (summary.relative_gradient <= kChord * before && rotation <= kChordRotation));
     if (is_chord && grasp != nullptr) {
       contact = make_contact(problem_->material().thickness, &factor_contact_);
       is_chord = contact->is_valid();
+    }
+    if (polishes && !is_chord) {
+      summary.converged = true;
+      return summary;
     }
     if (is_chord) {
       chord = std::make_unique<Before>();

@@ -44,6 +44,9 @@ class MixedIteration {
     // The state has hardly changed since the last Solve, nor has anything else been factorised: the
     // first step may be a chord with its factor.
     bool has_factor = false;
+    // A solution found by chords, which end just below the tolerance, is refined by more of them,
+    // to where Newton's last step would have ended. Not for one that is only on the way.
+    bool polish = true;
     std::function<bool()> stop;  // asked once an iteration
     // Told the iteration, the energy and the relative gradient of the state it starts from.
     std::function<void(int iteration, double energy, double relative_gradient)> on_iteration;
