@@ -36,6 +36,16 @@ bool HasFriction(const Grasp& grasp) {
   });
 }
 
+// Whether the work of the fingers is found nowhere but in strain and gas.
+bool Conserves(const ShellProblem& problem) {
+  const auto is_gas = [](const LoadSpec& load) { return load.kind == LoadSpec::Kind::kGas; };
+  const auto is_still = [](const PlacedCondition& condition) { return condition.target == 0.0; };
+  const std::vector<LoadSpec>& loads = problem.scene().loads;
+  const std::vector<PlacedCondition>& conditions = problem.conditions();
+  return !HasFriction(*problem.grasp()) && std::all_of(loads.begin(), loads.end(), is_gas) &&
+         std::all_of(conditions.begin(), conditions.end(), is_still);
+}
+
 // What the forces of friction change by, on the vertices and on the fingers along their directions,
 // where the shell moves by `response` and finger j by 1, because their normal forces and normals
 // do.
@@ -174,6 +184,7 @@ bool TouchStiffness(ShellProblem* problem,
 
 GraspQuality::GraspQuality(ShellProblem* problem, SparseBackend backend)
     : problem_(problem),
+      integrates_(!Conserves(*problem)),
       cholesky_(std::make_unique<UpdatedCholesky>(SparseCholesky::Create(backend))) {
   center_before_ = Centroid(false);
   for (const ElementPoint& at : problem->surface().vertex_points()) {
@@ -199,7 +210,8 @@ Eigen::Vector3d GraspQuality::Centroid(bool deformed) const {
   return sum / area;
 }
 
-void GraspQuality::Record(TangentStiffness* tangent) {
+void GraspQuality::Record(TangentStiffness* tangent, bool is_result) {
+  if (!integrates_ && !is_result && problem_->load_factor() != 0.0) return;
   if (last_.displacements.size() > 0 && last_.displacements == problem_->displacements()) return;
   Sample now;
   now.displacements = problem_->displacements();
@@ -216,14 +228,17 @@ void GraspQuality::Record(TangentStiffness* tangent) {
   now.begins = problem_->load_factor() == 0.0;
   if (last_.displacements.size() == 0) cholesky_->Analyze(tangent->matrix());
   const auto stiffness = now.begins && now.force.isZero(0.0) ? TouchStiffness : GraspStiffness;
-  if (!stiffness(problem_, tangent, cholesky_.get(), &now.stiffness)) now.stiffness.resize(0, 0);
+  if ((integrates_ || is_result) &&
+      !stiffness(problem_, tangent, cholesky_.get(), &now.stiffness)) {
+    now.stiffness.resize(0, 0);
+  }
   if (now.begins) {
     work_ = 0.0;
     energy_before_ = 0.0;
     for (const Effect effect : {Effect::kMembrane, Effect::kBending, Effect::kGas}) {
       energy_before_ += problem_->Energy(effect);
     }
-  } else {
+  } else if (integrates_) {
     const Eigen::VectorXd way = now.travel - last_.travel;
     const auto slopes = [&](const Sample& sample) {
       return sample.stiffness.size() > 0 ? Eigen::VectorXd(sample.stiffness * way)
@@ -254,16 +269,8 @@ GraspReport GraspQuality::Report(const std::vector<FingerReport>& fingers,
                                  bool with_stiffness) const {
   GraspReport report;
   if (with_stiffness) report.stiffness = problem_->force_unit() * last_.stiffness;
-  report.work_by_forces = problem_->force_unit() * work_;
   report.stored_energy = energy - energy_before_;
-  const auto is_gas = [](const LoadSpec& load) { return load.kind == LoadSpec::Kind::kGas; };
-  const auto is_still = [](const PlacedCondition& condition) { return condition.target == 0.0; };
-  const std::vector<LoadSpec>& loads = problem_->scene().loads;
-  const std::vector<PlacedCondition>& conditions = problem_->conditions();
-  const bool conserves = !HasFriction(*problem_->grasp()) &&
-                         std::all_of(loads.begin(), loads.end(), is_gas) &&
-                         std::all_of(conditions.begin(), conditions.end(), is_still);
-  report.squeeze_work = conserves ? report.stored_energy : report.work_by_forces;
+  report.squeeze_work = integrates_ ? problem_->force_unit() * work_ : report.stored_energy;
   report.center_before = center_before_;
   report.center = Centroid(true);
   report.length = length_;

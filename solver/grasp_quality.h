@@ -20,10 +20,10 @@ struct GraspReport {
   // to any of them without bound.
   Eigen::MatrixXd stiffness;
   // Work of the fingers from first touch on. Where nothing but strain and gas can take it, the
-  // energy stored; with friction, other loads or supports that move, work_by_forces.
+  // energy stored; with friction, other loads or supports that move, the integral of the forces,
+  // see GraspQuality.
   double squeeze_work = 0.0;
-  double stored_energy = 0.0;   // strain and gas, since then; less than the work by what is lost
-  double work_by_forces = 0.0;  // integral of the forces, see GraspQuality
+  double stored_energy = 0.0;  // strain and gas, since then; less than the work by what is lost
   Eigen::Vector3d center_before = Eigen::Vector3d::Zero();  // centroid of the middle surface
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double length = 0.0;  // the largest distance of the undeformed surface from its centroid
@@ -66,17 +66,20 @@ class GraspQuality {
   GraspQuality(ShellProblem* problem, SparseBackend backend);
 
   // The problem is in the next equilibrium on its way; in the one recorded last, nothing happens.
-  // At load factor zero the work begins. Work is the integral of the forces over the travels: cubic
-  // between two states from forces and stiffnesses, i.e. the trapezoid rule with a correction,
+  // is_result: of a state that is reported, not just passed on the way. Where work is the integral
+  // of the forces both count. At load factor zero the work begins. The integral over the travels is
+  // cubic between two states from forces and stiffnesses, i.e. the trapezoid rule with a
+  // correction,
   //
   //   sum_i dt_i [(F_i0 + F_i1) / 2 + (F'_i0 - F'_i1) / 12],   F'_i = sum_j dF_i/dt_j dt_j,
   //
   // from first touch, where the nearest contact point touches, with the stiffness of that;
   // quadratic, dt_i (2/3 F_i1 - F'_i1 / 6), where a finger comes to touch on the way. Loads that
   // grow at the same time have no part in F'.
-  void Record(TangentStiffness* tangent);
+  void Record(TangentStiffness* tangent, bool is_result);
 
-  // fingers, energy (strain and gas): of the present state. with_stiffness: it was recorded.
+  // fingers, energy (strain and gas): of the present state. with_stiffness: it was recorded as a
+  // result.
   GraspReport Report(const std::vector<FingerReport>& fingers,
                      double energy,
                      bool with_stiffness) const;
@@ -91,6 +94,7 @@ class GraspQuality {
   Eigen::Vector3d Centroid(bool deformed) const;
 
   ShellProblem* problem_;
+  bool integrates_;  // nothing else tells the work
   std::unique_ptr<UpdatedCholesky> cholesky_;
   Sample last_;
   double work_ = 0.0;           // in the problem's units

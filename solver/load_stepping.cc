@@ -16,6 +16,10 @@ constexpr double kCut = 0.25;
 constexpr double kSmallestStep = 1.0 / 300.0;
 // Steps that take no more iterations than this grow.
 constexpr int kFewIterations = 8;
+// States between fingers without friction that are only passed on the way to one asked for: their
+// relative gradient, and the iterations that then are few. Looser than 1e-6 a duck went astray.
+constexpr double kPassing = 1e-6;
+constexpr int kFewPassing = 6;
 
 }  // namespace
 
@@ -32,14 +36,14 @@ LoadStepping::LoadStepping(ShellProblem* problem,
   if (problem->grasp() != nullptr) {
     quality_ = std::make_unique<GraspQuality>(problem, options.backend);
     // Gas makes it touch first, see AdvanceMixed.
-    if (!problem->has_gas()) quality_->Record(&mixed_->tangent());
+    if (!problem->has_gas()) quality_->Record(&mixed_->tangent(), false);
   }
   good_ = Present();
 }
 
-void LoadStepping::Accept() {
+void LoadStepping::Accept(bool is_result) {
   good_ = Present();
-  if (quality_ != nullptr) quality_->Record(&mixed_->tangent());
+  if (quality_ != nullptr) quality_->Record(&mixed_->tangent(), is_result);
 }
 
 LoadStepping::State LoadStepping::Present() const {
@@ -187,8 +191,13 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
       problem_->displacements() += part * (good_.displacements - before_good_.displacements);
       mixed_->SetStresses();
     }
-    MixedIteration::Summary summary = mixed_->Solve(options);
-    if (grasp != nullptr) SettleGrasp(options, last, &summary);
+    // What friction does depends on the way, and limit points are looked for between good states.
+    const bool passes = grasp != nullptr && !last && !problem_->effect(Effect::kFriction).on &&
+                        !grasp->has_unknown_travels();
+    MixedIteration::Options to = options;
+    if (passes) to.gradient_tolerance = std::max(options.gradient_tolerance, kPassing);
+    MixedIteration::Summary summary = mixed_->Solve(to);
+    if (grasp != nullptr) SettleGrasp(to, last, &summary);
     if (summary.converged && grasp != nullptr && grasp->has_unknown_travels()) {
       LookForSnap(options, &summary);
     }
@@ -212,9 +221,10 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
         grasp->Advance();
         before_good_ = good_;
       }
-      Accept();
+      Accept(last);
       good_.travel_rate = travel_rate_;
-      if (summary.iterations + summary.chords <= kFewIterations) step *= 2.0;
+      const int few = passes ? kFewPassing : kFewIterations;
+      if (summary.iterations + summary.chords <= few) step *= 2.0;
       continue;
     }
     step *= kCut;

@@ -81,8 +81,8 @@ class LoadStepping {
   };
   MixedIteration::Options MixedOptions() const;
   State Present() const;
-  // The present state is the next good one.
-  void Accept();
+  // The present state is the next good one. is_result: one that was asked for.
+  void Accept(bool is_result = true);
   void Restore(const State& state);
   bool AdvanceMixed(double factor, Result* result);
   void CountChords(const MixedIteration::Summary& summary);

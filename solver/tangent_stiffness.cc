@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "costs/strain_derivatives.h"
+#include "solver/element_product.h"
 #include "solver/parallel_for.h"
 
 namespace darboux {
@@ -42,9 +43,9 @@ Eigen::Matrix<double, 3, kVectors> Inputs(const StrainPoint& point,
 }
 
 // Adds minus the derivative of the force p N dA, its symmetric part, to the blocks i >= j of an
-// element's n control vertices, see EvaluateElements. With N = x_1 x x_2 the block (i, j) is the
-// matrix of c x, c = p dA w_i (w_1j x_2 - w_2j x_1), and its symmetric part that of (c_ij - c_ji)
-// / 2. On a closed surface under uniform pressure, summed, that is all of it.
+// element's n control vertices, 3 x 3 each, those of a j one behind the other. With N = x_1 x x_2
+// the block (i, j) is the matrix of c x, c = p dA w_i (w_1j x_2 - w_2j x_1), and its symmetric part
+// that of (c_ij - c_ji) / 2. On a closed surface under uniform pressure, summed, that is all of it.
 void AddPressureStiffness(const StrainPoint& point,
                           const Eigen::Matrix<double, 3, kVectors>& k,
                           double pressure,
@@ -354,10 +355,12 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
   const ShellSurface& surface = problem_.surface();
   const Eigen::Matrix<double, 3, C> basis = basis_;
   Workspace& work = workspaces_[thread];
+  const double gas_pressure =
+      problem_.nonlinear() ? request.stress_factor * problem_.gas_pressure() : 0.0;
   StrainDerivatives strain;
-  // d^2 U of a point, (vector d, component a) x (vector c, component b), stored [c][d][b][a].
-  double second[kVectors * kVectors * kBlock];
-  std::vector<double> half, full;  // times the weights of one control vertex, of both
+  ElementProduct product;           // of three components
+  std::vector<double> strain_rows;  // of fewer: strains per control vertex
+  std::vector<double> blocks;       // what is not in product: of i >= j, [j][i][b][a]
   for (int e = begin; e < end; ++e) {
     const std::vector<int>& vertices = surface.control_vertices(e);
     const int n = static_cast<int>(vertices.size());
@@ -365,11 +368,12 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
     for (int i = 0; i < n; ++i) {
       u.col(i).noalias() = basis.transpose().lazyProduct(problem_.displacements().col(vertices[i]));
     }
-    if (request.matrix) {
-      half.resize(static_cast<size_t>(std::max(kVectors * kBlock, 6 * C)) * n);
-      full.assign(static_cast<size_t>(n) * n * kBlock, 0.0);
-    }
     const std::vector<StrainPoint>& points = *problem_.strain_points()[e];
+    if (request.matrix) {
+      if (C == 3) product.Begin(n, static_cast<int>(points.size()));
+      if (C < 3) strain_rows.resize(static_cast<size_t>(6 * C) * n);
+      if (C < 3 || gas_pressure != 0.0) blocks.assign(static_cast<size_t>(n) * n * kBlock, 0.0);
+    }
     for (size_t q = 0; q < points.size(); ++q) {
       const StrainPoint& point = points[q];
       const int index = point_begin_[e] + static_cast<int>(q);
@@ -408,13 +412,12 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
       }
       if (!request.matrix) continue;
 
-      Eigen::Matrix<double, 6, kInputs> c_matrix;
       if constexpr (C < 3) {
         // The unknowns of a flat plate in the linear theory drive one of the two strains alone:
         // three rows of strains to multiply, not five kinematic vectors.
         const int first = C == 1 ? 3 : 0;
         const Eigen::Matrix3d stiffness = point.area * (C == 1 ? bending_ : membrane_);
-        double* const rows = half.data();
+        double* const rows = strain_rows.data();
         double* const scaled = rows + 3 * C * n;
         for (int i = 0; i < n; ++i) {
           const double* const w = point.weights.data() + 6 * i + kRowD1;
@@ -427,7 +430,7 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
         }
         for (int j = 0; j < n; ++j) {
           const double* const from = scaled + 3 * C * j;
-          double* const to = full.data() + static_cast<size_t>(j) * n * kBlock;
+          double* const to = blocks.data() + static_cast<size_t>(j) * n * kBlock;
           for (int i = j; i < n; ++i) {
             const double* const row = rows + 3 * C * i;
             for (int b = 0; b < C; ++b) {
@@ -439,74 +442,38 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
             }
           }
         }
-        continue;
-      }
-      c_matrix.template topRows<3>().noalias() =
-          (point.area * membrane_).lazyProduct(b_matrix.template topRows<3>());
-      c_matrix.template bottomRows<3>().noalias() =
-          (point.area * bending_).lazyProduct(b_matrix.template bottomRows<3>());
-      Eigen::Matrix<double, kInputs, kInputs> m = b_matrix.transpose().lazyProduct(c_matrix);
-      if (request.initial_stresses != nullptr && !IsLinear(measure)) {
-        Eigen::Matrix<double, kBendingInputs, kBendingInputs> s;
-        s.setZero();
-        AddStressStiffness(measure,
-                           point,
-                           k.data(),
-                           request.stress_factor * (*request.initial_stresses)[index],
-                           &s);
-        if constexpr (C == 3) {
-          m += s;
-        } else {
-          for (int d = 0; d < kVectors; ++d) {
-            for (int c = 0; c < kVectors; ++c) {
-              m.template block<C, C>(C * d, C * c) +=
-                  basis.transpose() * s.block<3, 3>(3 * d, 3 * c) * basis;
-            }
-          }
+      } else {
+        Eigen::Matrix<double, 6, kInputs> c_matrix;
+        c_matrix.template topRows<3>().noalias() =
+            (point.area * membrane_).lazyProduct(b_matrix.template topRows<3>());
+        c_matrix.template bottomRows<3>().noalias() =
+            (point.area * bending_).lazyProduct(b_matrix.template bottomRows<3>());
+        ElementProduct::PointMatrix m = b_matrix.transpose().lazyProduct(c_matrix);
+        if (request.initial_stresses != nullptr && !IsLinear(measure)) {
+          AddStressStiffness(measure,
+                             point,
+                             k.data(),
+                             request.stress_factor * (*request.initial_stresses)[index],
+                             &m);
         }
-      }
-      if constexpr (C == 3) {
-        const double pressure = request.stress_factor * problem_.gas_pressure() * point.area;
-        if (pressure != 0.0 && problem_.nonlinear())
-          AddPressureStiffness(point, k, pressure, n, full.data());
-      }
-      for (int c = 0; c < kVectors; ++c) {
-        for (int d = 0; d < kVectors; ++d) {
-          double* const to = second + (c * kVectors + d) * kBlock;
-          for (int b = 0; b < C; ++b) {
-            for (int a = 0; a < C; ++a) to[b * C + a] = m(d * C + a, c * C + b);
-          }
-        }
-      }
-      constexpr int kHalf = kVectors * kBlock;
-      for (int j = 0; j < n; ++j) {
-        const double* const w = point.weights.data() + 6 * j + kRowD1;
-        double* const to = half.data() + kHalf * j;
-        for (int r = 0; r < kHalf; ++r) {
-          to[r] = w[0] * second[r] + w[1] * second[kHalf + r] + w[2] * second[2 * kHalf + r] +
-                  w[3] * second[3 * kHalf + r] + w[4] * second[4 * kHalf + r];
-        }
-      }
-      for (int j = 0; j < n; ++j) {
-        const double* const from = half.data() + kHalf * j;
-        double* to = full.data() + static_cast<size_t>(j) * n * kBlock;
-        for (int i = j; i < n; ++i) {
-          const double* const w = point.weights.data() + 6 * i + kRowD1;
-          double* const block = to + i * kBlock;
-          for (int r = 0; r < kBlock; ++r) {
-            block[r] += w[0] * from[r] + w[1] * from[kBlock + r] + w[2] * from[2 * kBlock + r] +
-                        w[3] * from[3 * kBlock + r] + w[4] * from[4 * kBlock + r];
-          }
+        product.SetPoint(static_cast<int>(q), point, m);
+        if (gas_pressure != 0.0) {
+          AddPressureStiffness(point, k, gas_pressure * point.area, n, blocks.data());
         }
       }
     }
     if (!request.matrix) continue;
+    if (C == 3) product.Multiply();
     const int* slot = element_slots_.data() + element_slot_begin_[e];
     for (int j = 0; j < n; ++j) {
       for (int i = j; i < n; ++i, ++slot) {
         if (*slot == 0) continue;
-        const Eigen::Map<const Block> block(full.data() +
-                                            (static_cast<size_t>(j) * n + i) * kBlock);
+        Block block = Block::Zero();
+        if constexpr (C == 3) block = product.Block(i, j);
+        if (!blocks.empty()) {
+          block +=
+              Eigen::Map<const Block>(blocks.data() + (static_cast<size_t>(j) * n + i) * kBlock);
+        }
         if (*slot > 0) {
           AddBlock(*slot - 1, block_of_vertex_[vertices[j]], block, work.values.data());
         } else {
