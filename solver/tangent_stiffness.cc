@@ -524,12 +524,20 @@ bool TangentStiffness::Evaluate(const Request& request) {
     stresses.resize(num_points());
     inner.stresses = &stresses;
   }
+  // Linear strains have one stiffness; what iterates, because of contact, makes it once.
+  const bool is_constant = IsLinear(problem_.measure()) && problem_.grasp() != nullptr;
+  const bool has_shell = is_constant && shell_values_.size() > 0;
+  if (has_shell) inner.matrix = false;
   std::vector<char> defined(num_threads_, 1);
   ParallelFor(num_threads_, problem_.surface().num_elements(), [&](int thread, int begin, int end) {
     Workspace& work = workspaces_[thread];
     work.energy = 0.0;
     if (request.gradient != nullptr) work.gradient.setZero(components_, num_vertices);
-    if (request.matrix) work.values.setZero(matrix_.nonZeros());
+    if (inner.matrix) work.values.setZero(matrix_.nonZeros());
+    if (has_shell && request.gradient == nullptr && request.energy == nullptr &&
+        request.stresses == nullptr) {
+      return;
+    }
     defined[thread] = components_ == 3   ? EvaluateElements<3>(begin, end, inner, thread)
                       : components_ == 2 ? EvaluateElements<2>(begin, end, inner, thread)
                                          : EvaluateElements<1>(begin, end, inner, thread);
@@ -540,7 +548,12 @@ bool TangentStiffness::Evaluate(const Request& request) {
   if (request.matrix) {
     Eigen::Map<Eigen::VectorXd> values(matrix_.valuePtr(), matrix_.nonZeros());
     values = support_values_;
-    for (const Workspace& work : workspaces_) values += work.values;
+    if (has_shell) {
+      values += shell_values_;
+    } else {
+      for (const Workspace& work : workspaces_) values += work.values;
+      if (is_constant) shell_values_ = values - support_values_;
+    }
     if (request.control_spring) values += control_values_;
   }
   if ((request.gradient != nullptr || request.matrix) && !AddFollowerForces(request, &force)) {

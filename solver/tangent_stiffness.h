@@ -145,6 +145,7 @@ class TangentStiffness {
   std::vector<int> element_slots_, element_slot_begin_;
   Eigen::SparseMatrix<double> matrix_;
   Eigen::VectorXd support_values_;  // the springs' share of the matrix: constant
+  Eigen::VectorXd shell_values_;    // the elements', where they are constant and made
   Eigen::VectorXd control_values_;  // that of the control spring
   Eigen::MatrixXd update_vectors_;
   Eigen::VectorXd update_weights_;
