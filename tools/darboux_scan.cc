@@ -196,8 +196,6 @@ constexpr Tool kTool = {
     "solved; nothing is written.",
     kExamples};
 
-void PrintError(const std::string& message) { progress::Error(message); }
-
 std::string Ending(const std::string& file) {
   std::string ending = fs::path(file).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) {
@@ -209,12 +207,6 @@ std::string Ending(const std::string& file) {
 bool IsScene(const std::string& file) {
   const std::string ending = Ending(file);
   return ending == ".yaml" || ending == ".yml";
-}
-
-bool FailFlag(const char* flag, const std::string& allowed, std::string* error) {
-  *error = "--" + std::string(flag) + ": found '" +
-           gflags::GetCommandLineFlagInfoOrDie(flag).current_value + "'; allowed " + allowed;
-  return false;
 }
 
 bool CheckChoice(const char* flag, const std::vector<std::string>& allowed, std::string* error) {
@@ -315,8 +307,8 @@ int SolveScene(const std::string& file, Target* target, std::string* error) {
   Scene scene;
   SolverOptions options;
   std::vector<std::string> overridden;
-  if (!SolverOptionsFromFlags(&options, error) || !ReadSceneWithFlags(file, &scene, error) ||
-      !ApplyFlags(&scene, &overridden, error)) {
+  if (!SolverOptionsFromFlags(&options, error) ||
+      !ReadSceneWithFlags(file, &scene, &overridden, error)) {
     return kExitBadInput;
   }
   options.stop = StopOnSignal();
@@ -410,7 +402,7 @@ bool ReadSurface(const std::string& file, Target* target, std::string* error) {
   };
   Scene& scene = target->scene;
   if (!FLAGS_scene.empty()) {
-    if (!ReadSceneWithFlags(FLAGS_scene, &scene, error)) return false;
+    if (!ReadSceneToMend(FLAGS_scene, &scene, error)) return false;
     target->thickness = scene.shell.thickness;
   }
   if (IsGiven("thickness")) target->thickness = FLAGS_thickness;
@@ -656,27 +648,19 @@ int Run(int argc, char** argv) {
   const bool is_scene = IsScene(file);
   ScanOptions options;
   std::string error;
-  if (!OptionsFromFlags(is_scene, &options, &error)) {
-    PrintError(error);
-    return kExitBadInput;
-  }
+  if (!OptionsFromFlags(is_scene, &options, &error)) return BadInput(error);
   PointCloud viewpoints;
   if (!FLAGS_views_file.empty() && !ReadPointCloud(FLAGS_views_file, &viewpoints, &error)) {
-    PrintError("--views_file: " + error);
-    return kExitBadInput;
+    return BadInput("--views_file: " + error);
   }
-  // Before the time is spent on solving.
-  if (!IsWritableFolder(FLAGS_out, &error)) {
-    PrintError("--out: found " + error + "; allowed a folder that can be written to");
-    return kExitBadInput;
-  }
+  if (!CheckOut(&error)) return BadInput(error);
 
   Target target;
   exit_status = is_scene                             ? SolveScene(file, &target, &error)
                 : ReadSurface(file, &target, &error) ? kExitDone
                                                      : kExitBadInput;
   if (exit_status != kExitDone) {
-    PrintError(error);
+    progress::Error(error);
     return exit_status;
   }
   options.viewpoints = FLAGS_views_file.empty()
@@ -684,12 +668,11 @@ int Run(int argc, char** argv) {
                            : viewpoints.points;
   Scan scan;
   if (!SimulateScan(target.surface, target.occluders, options, &scan, &error)) {
-    PrintError(file + ":0: " + error);
-    return kExitBadInput;
+    return BadInput(file + ":0: " + error);
   }
   if (FLAGS_normals && scan.cloud.normals.empty()) {
-    PrintError("--normals: found a surface without normals; allowed a mesh, or points with them");
-    return kExitBadInput;
+    return BadInput(
+        "--normals: found a surface without normals; allowed a mesh, or points with them");
   }
   if (!FLAGS_normals) scan.cloud.normals.clear();
   if (FLAGS_digits > 0) RoundTo(FLAGS_digits, &scan.cloud);
@@ -720,8 +703,7 @@ int Run(int argc, char** argv) {
   if (!FormatPointCloud(
           scan_name, scan.cloud, FacesOf(target.surface, scan), comment, &text, &error) ||
       !MakeFolder(FLAGS_out, &error)) {
-    PrintError(error);
-    return kExitNotConverged;
+    return NotDone(error);
   }
   FileSet files(FLAGS_out);
   files.Outdate(kReportFile);
@@ -732,8 +714,7 @@ int Run(int argc, char** argv) {
        !files.Add(
            kReportFile, MakeReportHtml(MakeScanReport(name, target, scan, truth)), &error)) ||
       !files.Commit(&error)) {
-    PrintError(error);
-    return kExitNotConverged;
+    return NotDone(error);
   }
   // An earlier scan in the other format would not belong to this truth.
   std::error_code ignored;
