@@ -31,7 +31,7 @@ std::shared_ptr<const FingerShape> MakeShape(const FingerSpec& spec, std::string
 // x along it as far as that goes; a mesh keeps the axes of the scene.
 Eigen::Matrix3d Rotation(const FingerSpec& spec) {
   if (spec.shape == FingerSpec::Shape::kMesh) return Eigen::Matrix3d::Identity();
-  const Eigen::Vector3d axis = Eigen::Vector3d(spec.axis.data());
+  const Eigen::Vector3d axis(spec.axis.data());
   const Eigen::Vector3d z =
       spec.shape == FingerSpec::Shape::kCapsule ? axis : Eigen::Vector3d(spec.direction.data());
   Eigen::Vector3d x = spec.shape == FingerSpec::Shape::kBox ? axis : Eigen::Vector3d::Zero();

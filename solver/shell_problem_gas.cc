@@ -25,7 +25,6 @@ void ShellProblem::AddGas(const LoadSpec& load, double scale) {
                (load.prestressed ? ", rest shape pre-stressed" : "");
   const double unit = 1.0 / force_unit_;
   const double largest = (load.ambient_pressure + load.gauge_pressure) * unit;
-  std::vector<std::pair<int, const FollowerPressure*>> blocks;
   gas_ = std::make_unique<GasState>(load);
   double volume = 0.0;
   for (int e = 0; e < surface_->num_elements(); ++e) {
