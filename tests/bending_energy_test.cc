@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "geometry/shell_surface.h"
+#include "tests/strain_energy_util.h"
 #include "tests/test_util.h"
 
 namespace darboux {
@@ -107,14 +108,7 @@ TEST_P(BendingPatchTest, ScalingHasClosedForm) {
 }
 
 TEST_P(BendingPatchTest, EnergyDoesNotDependOnTheFrame) {
-  const Matrix3Xd x = patch_.RandomField(0.1);
-  for (const StrainMeasure measure : AllMeasures()) {
-    const double energy = PatchEnergy<BendingEnergy>(patch_, measure, material_, x);
-    for (const double turn : {0.4, 1.9, 4.0}) {
-      EXPECT_NEAR(
-          PatchEnergy<BendingEnergy>(patch_, measure, material_, x, turn) / energy, 1.0, 1e-12);
-    }
-  }
+  ExpectTheSameInAnyFrame<BendingEnergy>(patch_, material_, 0.1, 1e-12);
 }
 
 TEST_P(BendingPatchTest, RotatingADeformedShellKeepsItsKoiterEnergy) {
@@ -128,56 +122,22 @@ TEST_P(BendingPatchTest, RotatingADeformedShellKeepsItsKoiterEnergy) {
 }
 
 TEST_P(BendingPatchTest, EnergyDoesNotDependOnTheUnits) {
-  LoopPatch millimetres = patch_;
-  millimetres.positions *= 1e3;
-  Material material = material_;
-  material.thickness *= 1e3;
-  material.young_modulus *= 1e-6;
-  const Matrix3Xd x = patch_.RandomField(0.1);
-  for (const StrainMeasure measure : AllMeasures()) {
-    EXPECT_NEAR(1e-3 * PatchEnergy<BendingEnergy>(millimetres, measure, material, 1e3 * x) /
-                    PatchEnergy<BendingEnergy>(patch_, measure, material_, x),
-                1.0,
-                1e-14);
-  }
+  ExpectTheSameInMillimetres<BendingEnergy>(patch_, material_);
 }
 
 TEST_P(BendingPatchTest, TinyDisplacementsKeepTheirDigits) {
-  const Matrix3Xd x = patch_.RandomField(1.0);
-  const double linear =
-      PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kLinearKoiter, material_, x);
-  const double size = 1e-9;
-  const double up = PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kKoiter, material_, size * x);
-  const double down =
-      PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kKoiter, material_, -size * x);
-  EXPECT_NEAR(0.5 * (up + down) / (size * size) / linear, 1.0, 1e-13);
+  ExpectTinyDisplacementsToKeepTheirDigits<BendingEnergy>(patch_, material_);
 }
 
 TEST_P(BendingPatchTest, KoiterTendsToLinearKoiter) {
-  const Matrix3Xd x = patch_.RandomField(1.0);
-  const double linear =
-      PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kLinearKoiter, material_, x);
-  const auto difference = [&](double size) {
-    return std::abs(
-        PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kKoiter, material_, size * x) /
-            (size * size) / linear -
-        1.0);
-  };
-  EXPECT_NEAR(std::log10(difference(1e-4) / difference(1e-6)), 2.0, 0.05);
+  ExpectKoiterToTendToLinearKoiter<BendingEnergy>(patch_, material_);
 }
 
 TEST_P(BendingPatchTest, BlockOfAnElementIsTheSumOfItsPoints) {
-  const StrainPoints points = patch_.Points(3, 6);
-  const VectorXd x = SeededUniform(36, 0.1);
-  const Evaluation block = EvaluateAt(BendingEnergy(points, StrainMeasure::kKoiter, material_), x);
-  ASSERT_EQ(block.residuals.size(), 3 * 6);
-  for (int q = 0; q < 6; ++q) {
-    const auto point = std::make_shared<std::vector<StrainPoint>>(1, (*points)[q]);
-    const Evaluation single =
-        EvaluateAt(BendingEnergy(point, StrainMeasure::kKoiter, material_), x);
-    EXPECT_EQ((block.residuals.segment<3>(3 * q)), single.residuals);
-    EXPECT_EQ((block.jacobian.middleRows<3>(3 * q)), single.jacobian);
-  }
+  const auto make = [this](const StrainPoints& points) {
+    return BendingEnergy(points, StrainMeasure::kKoiter, material_);
+  };
+  ExpectABlockToBeTheSumOfItsPoints(patch_, make, 3, 0.1);
 }
 
 INSTANTIATE_TEST_SUITE_P(Patches,

@@ -17,6 +17,7 @@
 #include "solver/calibration.h"
 #include "solver/calibration_reader.h"
 #include "solver/scene_reader.h"
+#include "tests/calibration_util.h"
 #include "tests/solve_util.h"
 
 namespace darboux {
@@ -42,16 +43,6 @@ PointCloud ExactField() {
   std::string error;
   EXPECT_TRUE(ReadPointCloud(kFolder + "strip_hole_exact.csv", &cloud, &error)) << error;
   return cloud;
-}
-
-CalibrationSummary Calibrated(const CalibrationSpec& spec) {
-  CalibrationSummary summary;
-  CalibrationOptions options;
-  options.solver.num_threads = 1;
-  std::string error;
-  EXPECT_TRUE(Calibrate(spec, options, &summary, nullptr, &error)) << error;
-  EXPECT_TRUE(summary.IsConverged()) << summary.message;
-  return summary;
 }
 
 // Of strip_hole_noisy.csv.
