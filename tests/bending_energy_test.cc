@@ -240,24 +240,10 @@ TEST(BendingIrregularJacobianTest, MatchesRiddersDifferences) {
   EXPECT_THAT(cost, HasCorrectJacobianAt(SeededUniform(NumParameters(*cost), 1e-2), 1e-7));
 }
 
-// On the exact surface rotations are in the space only approximately; curvatures follow at second
-// order of the cells, their energy at fourth.
+// Curvatures of a rotation follow at second order of the cells, their energy at fourth.
 TEST(ExactSurfaceTest, SpuriousEnergyOfARotationFallsFast) {
-  const auto energy = [](int divisions) {
-    Patch patch = TorusPatch();
-    patch.domain.divisions = {divisions, divisions};
-    const ShellSurface shell(patch.surface, patch.domain);
-    const Matrix3Xd u = FitRigidMotion(shell, 0.7);
-    double sum = 0.0;
-    for (int e = 0; e < shell.num_elements(); ++e) {
-      const auto points = std::make_shared<std::vector<StrainPoint>>(shell.QuadraturePoints(e, 3));
-      VectorXd x(36);
-      for (int i = 0; i < 12; ++i) x.segment<3>(3 * i) = u.col(shell.control_vertices(e)[i]);
-      sum += Energy(BendingEnergy(points, StrainMeasure::kKoiter, SampleMaterial()), x);
-    }
-    return sum;
-  };
-  const double coarse = energy(2), fine = energy(4);
+  const double coarse = SpuriousEnergyOfARotation<BendingEnergy>(2);
+  const double fine = SpuriousEnergyOfARotation<BendingEnergy>(4);
   EXPECT_LT(coarse, 1e-2 * SampleMaterial().BendingStiffness());
   EXPECT_LT(fine, coarse / 10.0);
 }

@@ -1,6 +1,7 @@
 #include "solver/results.h"
 
 #include <sys/resource.h>
+
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>

@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "geometry/shell_surface.h"
 #include "tests/test_util.h"
 
 // What is true of membrane and of bending energy alike. Cost: MembraneEnergy or BendingEnergy;
@@ -86,6 +87,24 @@ void ExpectABlockToBeTheSumOfItsPoints(const LoopPatch& patch,
     EXPECT_EQ(block.residuals.segment(rows * q, rows), single.residuals);
     EXPECT_EQ(block.jacobian.middleRows(rows * q, rows), single.jacobian);
   }
+}
+
+// On the exact surface rotations are in the space only approximately: what a torus of so many cells
+// a side stores under one, J.
+template <typename Cost>
+double SpuriousEnergyOfARotation(int divisions) {
+  Patch patch = TorusPatch();
+  patch.domain.divisions = {divisions, divisions};
+  const ShellSurface shell(patch.surface, patch.domain);
+  const Eigen::Matrix3Xd u = FitRigidMotion(shell, 0.7);
+  double sum = 0.0;
+  for (int e = 0; e < shell.num_elements(); ++e) {
+    const auto points = std::make_shared<std::vector<StrainPoint>>(shell.QuadraturePoints(e, 3));
+    Eigen::VectorXd x(36);
+    for (int i = 0; i < 12; ++i) x.segment<3>(3 * i) = u.col(shell.control_vertices(e)[i]);
+    sum += Energy(Cost(points, StrainMeasure::kKoiter, SampleMaterial()), x);
+  }
+  return sum;
 }
 
 }  // namespace darboux

@@ -100,7 +100,6 @@ class ToolHelpTest : public FolderTest, public ::testing::WithParamInterface<con
     close(master);
     return text;
   }
-
 };
 
 TEST_P(ToolHelpTest, SaysEverythingInEightyColumns) {
