@@ -2,7 +2,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "tests/scene_reader_util.h"
+#include "tests/temporary_folder.h"
 
 namespace darboux {
 namespace {
@@ -65,7 +65,8 @@ TEST(SceneReaderTest, RefinementQuadruplesTheTrianglesOfTheSameSurface) {
 }
 
 TEST(SceneReaderTest, MeshesAreInTheFolderOfTheirScene) {
-  const std::string folder = ::testing::TempDir() + "/scene_reader_" + std::to_string(getpid());
+  const TemporaryFolder temporary("scene_reader_mesh");
+  const std::string folder = temporary.path().string();
   std::filesystem::create_directories(folder + "/meshes");
   std::filesystem::copy_file(DARBOUX_DATA_DIR "/duck_642.obj",
                              folder + "/meshes/duck.obj",
@@ -80,7 +81,6 @@ TEST(SceneReaderTest, MeshesAreInTheFolderOfTheirScene) {
   std::ofstream(file) << OnMesh("kind: mesh, file: duck.obj");
   EXPECT_FALSE(ReadScene(file, &scene, &error));
   EXPECT_THAT(error, StartsWith(file + ":2: surface.file: " + folder + "/duck.obj:0: found "));
-  std::filesystem::remove_all(folder);
 }
 
 TEST(SceneReaderTest, RepairMendsMeshesAndSaysSo) {
