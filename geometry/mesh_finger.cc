@@ -6,14 +6,14 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <utility>
 #include <vector>
+
+#include "geometry/triangle_tree.h"
 
 namespace darboux {
 namespace {
 
-using Eigen::AlignedBox3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
@@ -85,11 +85,9 @@ double RayDistance(const std::array<Vector3d, 3>& corners,
 class MeshFinger : public FingerShape {
  public:
   // The mesh has been checked.
-  explicit MeshFinger(const TriangleMesh& mesh) : mesh_(mesh) {
+  explicit MeshFinger(const TriangleMesh& mesh)
+      : mesh_(mesh), tree_(mesh), size_(tree_.nodes()[0].box.diagonal().norm()) {
     MakeNormals();
-    order_.resize(mesh_.triangles.size());
-    std::iota(order_.begin(), order_.end(), 0);
-    MakeNode(0, static_cast<int>(order_.size()));
     max_step_ = HalfThickness();
   }
 
@@ -126,7 +124,7 @@ class MeshFinger : public FingerShape {
   }
 
   Ball Bounds() const override {
-    Ball ball{nodes_[0].box.center(), 0.0};
+    Ball ball{tree_.nodes()[0].box.center(), 0.0};
     for (const Vector3d& vertex : mesh_.vertices) {
       ball.radius = std::max(ball.radius, (vertex - ball.center).norm());
     }
@@ -136,13 +134,6 @@ class MeshFinger : public FingerShape {
   bool IsConvex() const override { return false; }  // It may be; nobody has to know.
 
  private:
-  // A box around triangles order_[begin .. end); children are next to each other, or there are
-  // none.
-  struct Node {
-    AlignedBox3d box;
-    int begin, end;
-    int left = -1, right = -1;
-  };
   struct Nearest {
     double squared = kInfinity;
     int triangle = -1;
@@ -182,36 +173,6 @@ class MeshFinger : public FingerShape {
     }
   }
 
-  int MakeNode(int begin, int end) {
-    constexpr int kLeaf = 4;
-    const int index = static_cast<int>(nodes_.size());
-    nodes_.push_back({AlignedBox3d(), begin, end});
-    AlignedBox3d box, centers;
-    for (int i = begin; i < end; ++i) {
-      for (int k = 0; k < 3; ++k) box.extend(Corner(order_[i], k));
-      centers.extend(Center(order_[i]));
-    }
-    nodes_[index].box = box;
-    if (index == 0) size_ = box.diagonal().norm();
-    if (end - begin <= kLeaf) return index;
-    int axis;
-    centers.sizes().maxCoeff(&axis);
-    const int middle = (begin + end) / 2;
-    std::nth_element(
-        order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](int a, int b) {
-          return Center(a)[axis] < Center(b)[axis];
-        });
-    const int left = MakeNode(begin, middle);
-    const int right = MakeNode(middle, end);
-    nodes_[index].left = left;
-    nodes_[index].right = right;
-    return index;
-  }
-
-  Vector3d Center(int triangle) const {
-    return (Corner(triangle, 0) + Corner(triangle, 1) + Corner(triangle, 2)) / 3.0;
-  }
-
   Nearest FindNearest(const Vector3d& x) const {
     Nearest best;
     SearchNode(0, x, &best);
@@ -219,18 +180,18 @@ class MeshFinger : public FingerShape {
   }
 
   void SearchNode(int index, const Vector3d& x, Nearest* best) const {
-    const Node& node = nodes_[index];
+    const TriangleTree::Node& node = tree_.nodes()[index];
     if (node.left < 0) {
       for (int i = node.begin; i < node.end; ++i) {
         Feature feature;
-        const Vector3d point = ClosestPoint(Corners(order_[i]), x, &feature);
+        const Vector3d point = ClosestPoint(Corners(tree_.order()[i]), x, &feature);
         const double squared = (x - point).squaredNorm();
-        if (squared < best->squared) *best = {squared, order_[i], feature, point};
+        if (squared < best->squared) *best = {squared, tree_.order()[i], feature, point};
       }
       return;
     }
-    const double left = nodes_[node.left].box.squaredExteriorDistance(x);
-    const double right = nodes_[node.right].box.squaredExteriorDistance(x);
+    const double left = tree_.nodes()[node.left].box.squaredExteriorDistance(x);
+    const double right = tree_.nodes()[node.right].box.squaredExteriorDistance(x);
     const bool left_first = left <= right;
     if (std::min(left, right) < best->squared) {
       SearchNode(left_first ? node.left : node.right, x, best);
@@ -243,7 +204,7 @@ class MeshFinger : public FingerShape {
   // First triangle that the ray meets, other than `from`.
   void SearchRay(
       int index, int from, const Vector3d& x, const Vector3d& d, double* best, int* hit) const {
-    const Node& node = nodes_[index];
+    const TriangleTree::Node& node = tree_.nodes()[index];
     double enter = 0.0, leave = *best;
     for (int axis = 0; axis < 3; ++axis) {
       if (d[axis] == 0.0) {
@@ -262,11 +223,11 @@ class MeshFinger : public FingerShape {
       return;
     }
     for (int i = node.begin; i < node.end; ++i) {
-      if (order_[i] == from) continue;
-      const double distance = RayDistance(Corners(order_[i]), x, d);
+      if (tree_.order()[i] == from) continue;
+      const double distance = RayDistance(Corners(tree_.order()[i]), x, d);
       if (distance > 0.0 && distance < *best) {
         *best = distance;
-        *hit = order_[i];
+        *hit = tree_.order()[i];
       }
     }
   }
@@ -280,7 +241,7 @@ class MeshFinger : public FingerShape {
       double distance = kInfinity;
       int hit = -1;
       const Vector3d inward = -face_normals_[t];
-      SearchRay(0, static_cast<int>(t), Center(static_cast<int>(t)), inward, &distance, &hit);
+      SearchRay(0, static_cast<int>(t), tree_.center(static_cast<int>(t)), inward, &distance, &hit);
       if (hit < 0) continue;
       any = std::min(any, distance);
       if (face_normals_[hit].dot(inward) > 0.5) between_walls = std::min(between_walls, distance);
@@ -290,11 +251,10 @@ class MeshFinger : public FingerShape {
   }
 
   TriangleMesh mesh_;
+  TriangleTree tree_;
+  double size_;
   std::vector<Vector3d> face_normals_, vertex_normals_;
   std::vector<std::array<Vector3d, 3>> edge_normals_;  // per triangle and edge
-  std::vector<int> order_;
-  std::vector<Node> nodes_;
-  double size_ = 0.0;
   double max_step_ = 0.0;
 };
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "geometry/mesh_builder.h"
+#include "geometry/occlusion.h"
 #include "geometry/random_stream.h"
 #include "geometry/text_file.h"
 
@@ -32,151 +33,6 @@ constexpr int kWaves = 256;
 
 // What random numbers are for; the numbers are part of what a seed means.
 enum Purpose : std::uint64_t { kPlace = 1, kNoise, kOutlier, kWhichOutlier, kWave, kMotion, kPick };
-
-// Triangles in a tree of boxes, for the question whether one of them cuts a ray.
-class TriangleTree {
- public:
-  TriangleTree(const ScanSurface& surface, double tolerance)
-      : mesh_(surface.mesh), tolerance_(tolerance) {
-    for (std::size_t t = 0; t < mesh_.triangles.size(); ++t) {
-      order_.push_back(static_cast<int>(t));
-      centers_.push_back((Corner(t, 0) + Corner(t, 1) + Corner(t, 2)) / 3.0);
-      depths_.push_back(surface.evaluate ? kDepths * Bulge(surface, t) : 0.0);
-    }
-    if (!order_.empty()) MakeNode(0, static_cast<int>(order_.size()));
-  }
-
-  // Between `from`, a point of the outer face, and `from` + length * direction (unit).
-  //
-  // A ray that leaves the face meets another part of it from outside, that is against its normal.
-  // Where it meets a triangle along its normal, this is the inner side of an open surface, or the
-  // triangle that the exact face bulges away from under `from`: then it starts just beneath it.
-  bool IsCut(const Vector3d& from, const Vector3d& direction, double length) const {
-    if (nodes_.empty()) return false;
-    const Vector3d inverse = (direction.array() + 0.0).inverse();  // -0 is 0
-    int stack[64];
-    int size = 0;
-    stack[size++] = 0;
-    while (size > 0) {
-      const Node& node = nodes_[static_cast<std::size_t>(stack[--size])];
-      if (!Meets(node.box, from, inverse, length)) continue;
-      if (node.left >= 0) {
-        stack[size++] = node.left;
-        stack[size++] = node.right;
-        continue;
-      }
-      for (int i = node.begin; i < node.end; ++i) {
-        const auto t = static_cast<std::size_t>(order_[static_cast<std::size_t>(i)]);
-        bool from_outside = false;
-        const double distance = RayDistance(t, from, direction, &from_outside);
-        if (!(distance > tolerance_ && distance < length)) continue;
-        if (from_outside || Depth(t, from) > depths_[t]) return true;
-      }
-    }
-    return false;
-  }
-
- private:
-  struct Node {
-    AlignedBox3d box;
-    int begin, end;
-    int left = -1, right = -1;
-  };
-
-  const Vector3d& Corner(std::size_t t, std::size_t k) const {
-    return mesh_.vertices[static_cast<std::size_t>(mesh_.triangles[t][k])];
-  }
-
-  // Distance of a point from the plane of a triangle.
-  double Depth(std::size_t t, const Vector3d& x) const {
-    const Vector3d normal = (Corner(t, 1) - Corner(t, 0)).cross(Corner(t, 2) - Corner(t, 0));
-    return std::abs((x - Corner(t, 0)).dot(normal.stableNormalized()));
-  }
-
-  // How far the exact face leaves the triangle, about.
-  double Bulge(const ScanSurface& surface, std::size_t t) const {
-    constexpr double kPlaces[4][2] = {{1.0 / 3.0, 1.0 / 3.0}, {0.5, 0.0}, {0.5, 0.5}, {0.0, 0.5}};
-    double bulge = 0.0;
-    for (const auto& at : kPlaces) {
-      const FacePoint point = surface.evaluate(static_cast<int>(t), at[0], at[1]);
-      bulge = std::max(bulge, Depth(t, point.position));
-    }
-    return bulge;
-  }
-
-  int MakeNode(int begin, int end) {
-    constexpr int kLeaf = 4;
-    const int index = static_cast<int>(nodes_.size());
-    nodes_.push_back({AlignedBox3d(), begin, end});
-    AlignedBox3d box, centers;
-    for (int i = begin; i < end; ++i) {
-      const auto t = static_cast<std::size_t>(order_[static_cast<std::size_t>(i)]);
-      for (std::size_t k = 0; k < 3; ++k) box.extend(Corner(t, k));
-      centers.extend(centers_[t]);
-    }
-    nodes_.back().box = box;
-    if (end - begin <= kLeaf) return index;
-    int axis;
-    centers.sizes().maxCoeff(&axis);
-    const int middle = (begin + end) / 2;
-    std::nth_element(
-        order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](int a, int b) {
-          return centers_[static_cast<std::size_t>(a)][axis] <
-                 centers_[static_cast<std::size_t>(b)][axis];
-        });
-    const int left = MakeNode(begin, middle);
-    const int right = MakeNode(middle, end);
-    nodes_[static_cast<std::size_t>(index)].left = left;
-    nodes_[static_cast<std::size_t>(index)].right = right;
-    return index;
-  }
-
-  // Slabs; a nan (0 * inf, the ray in a side of the box) loses every comparison and cuts nothing
-  // off.
-  static bool Meets(const AlignedBox3d& box,
-                    const Vector3d& from,
-                    const Vector3d& inverse,
-                    double length) {
-    double first = 0.0, last = length;
-    for (int k = 0; k < 3; ++k) {
-      double a = (box.min()[k] - from[k]) * inverse[k], b = (box.max()[k] - from[k]) * inverse[k];
-      if (a > b) std::swap(a, b);
-      if (a > first) first = a;
-      if (b < last) last = b;
-    }
-    // Rounding of the slabs is relative to what they are made of.
-    return first <= last + 1e-12 * std::max(std::abs(first), std::abs(last));
-  }
-
-  // T. Moeller and B. Trumbore, "Fast, minimum storage ray/triangle intersection" (1997). Negative
-  // where it misses.
-  double RayDistance(std::size_t t,
-                     const Vector3d& from,
-                     const Vector3d& direction,
-                     bool* from_outside) const {
-    constexpr double kSlack = 1e-12;  // A ray along an edge slips through between no two triangles.
-    const Vector3d ab = Corner(t, 1) - Corner(t, 0), ac = Corner(t, 2) - Corner(t, 0);
-    const Vector3d p = direction.cross(ac);
-    const double determinant = ab.dot(p);  // -direction . (ab x ac)
-    if (determinant == 0.0) return -1.0;
-    *from_outside = determinant > 0.0;
-    const Vector3d ax = from - Corner(t, 0);
-    const double u = ax.dot(p) / determinant;
-    const Vector3d q = ax.cross(ab);
-    const double v = direction.dot(q) / determinant;
-    if (u < -kSlack || v < -kSlack || u + v > 1.0 + kSlack) return -1.0;
-    return ac.dot(q) / determinant;
-  }
-
-  const TriangleMesh& mesh_;
-  double tolerance_;
-  std::vector<int> order_;
-  std::vector<Vector3d> centers_;
-  // Points beneath a triangle, up to this depth, are none that it hides.
-  static constexpr double kDepths = 4.0;
-  std::vector<double> depths_;
-  std::vector<Node> nodes_;
-};
 
 AlignedBox3d Bounds(const ScanSurface& surface) {
   AlignedBox3d box;
@@ -245,7 +101,7 @@ class Eyes {
       : occluders_(occluders),
         viewpoints_(options.viewpoints),
         extent_(extent),
-        tree_(surface, kTolerance * extent) {
+        occlusion_(surface, kTolerance * extent) {
     double sine;
     PortableSinCos(options.grazing_deg / 360.0, &sine, &least_cosine_);
   }
@@ -274,7 +130,7 @@ class Eyes {
   bool Sees(const Vector3d& viewpoint, const Vector3d& x) const {
     const Vector3d ray = viewpoint - x;
     const double length = ray.norm();
-    if (tree_.IsCut(x, ray / length, length)) return false;
+    if (occlusion_.IsCut(x, ray / length, length)) return false;
     return std::none_of(occluders_.begin(), occluders_.end(), [&](const Occluder& body) {
       return CutsSegment(body, x, viewpoint, extent_);
     });
@@ -284,7 +140,7 @@ class Eyes {
   const std::vector<Vector3d>& viewpoints_;
   double extent_;
   double least_cosine_ = 0.0;
-  TriangleTree tree_;
+  Occlusion occlusion_;
 };
 
 // Random places on triangles, uniform by area.

@@ -6,10 +6,10 @@
 
 namespace darboux {
 
-// Numbers in the words of reports and verdicts. `format`: of printf, for one double.
-inline std::string Format(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof(text), format, value);
+// Numbers in the words of reports and verdicts. `format`: of printf, for up to three doubles.
+inline std::string Format(const char* format, double a, double b = 0.0, double c = 0.0) {
+  char text[256];
+  std::snprintf(text, sizeof(text), format, a, b, c);
   return text;
 }
 inline std::string Percent(double part) { return Format("%.2g %%", 100.0 * part); }

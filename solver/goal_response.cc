@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 #include "solver/equilibrium_response.h"
 #include "solver/support_conditions.h"
@@ -16,6 +17,26 @@ constexpr double kStill = 1e-4;
 Goal ScalarGoal(const std::string& name, double value) {
   return {name, value * Eigen::Vector3d::UnitX(), std::abs(value), -1};
 }
+
+// The true tangent of a state and its gradient.
+struct FactorizedTangent {
+  FactorizedTangent(ShellProblem* problem, SparseBackend backend, int num_threads)
+      : stiffness(problem, backend, num_threads), cholesky(SparseCholesky::Create(backend)) {}
+
+  // False where it is singular.
+  bool Factorize(const ShellProblem& problem) {
+    cholesky.Analyze(stiffness.matrix());
+    TangentStiffness::Request request;
+    request.gradient = &gradient;
+    const Eigen::MatrixXd none(stiffness.num_unknowns(), 0);
+    return stiffness.Evaluate(request) && EvaluateTrueTangent(&stiffness) &&
+           FactorizeTangent(problem, stiffness, none, 0.0, &cholesky);
+  }
+
+  TangentStiffness stiffness;
+  UpdatedCholesky cholesky;
+  Eigen::VectorXd gradient;
+};
 
 }  // namespace
 
@@ -50,29 +71,18 @@ bool EvaluateGoalResponse(ShellProblem* problem,
                           int num_threads,
                           GoalResponse* response) {
   *response = GoalResponse();
-  const bool has_probes =
-      std::any_of(goals.begin(), goals.end(), [](const Goal& goal) { return goal.probe >= 0; });
   const ShellSurface& surface = problem->surface();
   const Eigen::Matrix3Xd& state = const_cast<const ShellProblem*>(problem)->displacements();
-  // Without functionals there is nothing to solve.
-  TangentStiffness tangent(problem, backend, num_threads);
-  UpdatedCholesky cholesky(SparseCholesky::Create(backend));
-  Eigen::VectorXd gradient;
-  if (has_probes) {
-    cholesky.Analyze(tangent.matrix());
-    TangentStiffness::Request request;
-    request.gradient = &gradient;
-    const Eigen::MatrixXd none(tangent.num_unknowns(), 0);
-    if (!tangent.Evaluate(request) || !EvaluateTrueTangent(&tangent) ||
-        !FactorizeTangent(*problem, tangent, none, 0.0, &cholesky)) {
-      return false;
-    }
-  }
+  std::unique_ptr<FactorizedTangent> tangent;  // Without functionals there is nothing to solve.
   for (const Goal& goal : goals) {
     if (goal.probe < 0) {
       const double work = (problem->DeadForce().array() * state.array()).sum();
       response->duals.push_back(work != 0.0 ? (state / std::abs(work)).eval() : state);
       continue;
+    }
+    if (tangent == nullptr) {
+      tangent = std::make_unique<FactorizedTangent>(problem, backend, num_threads);
+      if (!tangent->Factorize(*problem)) return false;
     }
     const ElementPoint at = Resolve(problem->scene().probes[goal.probe].at, surface);
     const std::vector<int>& vertices = surface.control_vertices(at.element);
@@ -85,10 +95,11 @@ bool EvaluateGoalResponse(ShellProblem* problem,
     for (size_t i = 0; i < vertices.size(); ++i) {
       functional.col(vertices[i]) += scale * weights[i] * direction;
     }
-    const Eigen::VectorXd z = Response(problem, tangent, &cholesky, tangent.Reduce(functional));
+    const Eigen::VectorXd z = Response(
+        problem, tangent->stiffness, &tangent->cholesky, tangent->stiffness.Reduce(functional));
     if (!z.allFinite()) return false;
-    response->solver_error = std::max(response->solver_error, std::abs(z.dot(gradient)));
-    response->duals.push_back(tangent.Expand(z));
+    response->solver_error = std::max(response->solver_error, std::abs(z.dot(tangent->gradient)));
+    response->duals.push_back(tangent->stiffness.Expand(z));
   }
   return true;
 }

@@ -91,6 +91,25 @@ ceres::Solver::Options CeresOptions(const SolverOptions& options) {
   return ceres_options;
 }
 
+// Lets Ceres go on from the present state until the gradient, in the scene's units, is the
+// tolerance times `reference`, or time is up.
+ceres::Solver::Summary RunCeres(ceres::Solver::Options ceres_options,
+                                IterationReport::Method method,
+                                double reference,
+                                const SolverOptions& options,
+                                const Deadline& deadline,
+                                ShellProblem* problem) {
+  reference /= problem->force_unit();
+  ceres_options.max_solver_time_in_seconds = deadline.Remaining();
+  ceres_options.gradient_tolerance = 0.0;
+  StopCallback stop(problem, method, deadline, options.gradient_tolerance * reference, reference);
+  ceres_options.callbacks.push_back(&stop);
+  ceres::Solver::Summary summary;
+  ceres::Solve(ceres_options, problem->problem(), &summary);
+  problem->KeepMeanForces();
+  return summary;
+}
+
 // A change of the displacements, relative to the largest, that is not worth another pass; and one
 // that is not where passes gain little: next to corners of fine lattices conditions of two sides
 // all but depend on each other, and what tells them apart settles slowly and matters to nothing.
@@ -332,9 +351,8 @@ bool SolveLinear(ShellProblem* problem,
     problem->displacements().setZero();
     problem->SetMultipliers(std::vector<double>(problem->multipliers().size(), 0.0));
   }
-  if (deadline.Stopped() || deadline.TimedOut()) {
+  if (deadline.IsOver(message)) {
     *equilibrium = CheckEquilibrium(problem);
-    *message = deadline.Stopped() ? "stopped by the user" : "time limit reached";
     return false;
   }
   return SolveLinearByCeres(problem, options, deadline, iterations, equilibrium, message);
@@ -407,26 +425,18 @@ bool Descend(ShellProblem* problem,
     ceres::Solver::Options ceres_options = CeresOptions(options);
     ceres_options.initial_trust_region_radius = kInitialRadius;
     ceres_options.max_num_iterations = options.max_iterations - *iterations;
-    ceres_options.max_solver_time_in_seconds = deadline.Remaining();
-    ceres_options.gradient_tolerance = 0.0;
     // Reactions are still to be found; the loads alone are a scale on the safe side.
     const double loads = equilibrium->loads;
-    const double reference = (loads > 0.0 ? loads : equilibrium->reference) / problem->force_unit();
-    StopCallback stop(problem,
-                      IterationReport::Method::kCeres,
-                      deadline,
-                      options.gradient_tolerance * reference,
-                      reference);
-    ceres_options.callbacks.push_back(&stop);
-    ceres::Solver::Summary ceres_summary;
-    ceres::Solve(ceres_options, problem->problem(), &ceres_summary);
-    problem->KeepMeanForces();
+    const ceres::Solver::Summary ceres_summary =
+        RunCeres(ceres_options,
+                 IterationReport::Method::kCeres,
+                 loads > 0.0 ? loads : equilibrium->reference,
+                 options,
+                 deadline,
+                 problem);
     *iterations += static_cast<int>(ceres_summary.iterations.size()) - 1;
     *equilibrium = CheckEquilibrium(problem);
-    if (deadline.Stopped() || deadline.TimedOut()) {
-      *message = deadline.Stopped() ? "stopped by the user" : "time limit reached";
-      return false;
-    }
+    if (deadline.IsOver(message)) return false;
     if (!ceres_summary.IsSolutionUsable()) {
       *message = "the minimiser failed: " + ceres_summary.message;
       return false;
@@ -535,25 +545,17 @@ bool DescendByConjugateGradients(ShellProblem* problem,
     ceres_options.line_search_direction_type = ceres::NONLINEAR_CONJUGATE_GRADIENT;
     ceres_options.min_line_search_step_size = 1e-30;
     ceres_options.max_num_iterations = kStepsPerIteration * options.max_iterations - *iterations;
-    ceres_options.max_solver_time_in_seconds = deadline.Remaining();
-    ceres_options.gradient_tolerance = 0.0;
-    const double reference = equilibrium->reference / problem->force_unit();
-    StopCallback stop(problem,
-                      IterationReport::Method::kConjugateGradient,
-                      deadline,
-                      options.gradient_tolerance * reference,
-                      reference);
-    ceres_options.callbacks.push_back(&stop);
-    ceres::Solver::Summary ceres_summary;
-    ceres::Solve(ceres_options, problem->problem(), &ceres_summary);
-    problem->KeepMeanForces();
+    const ceres::Solver::Summary ceres_summary =
+        RunCeres(ceres_options,
+                 IterationReport::Method::kConjugateGradient,
+                 equilibrium->reference,
+                 options,
+                 deadline,
+                 problem);
     const int used = static_cast<int>(ceres_summary.iterations.size()) - 1;
     *iterations += used;
     *equilibrium = CheckEquilibrium(problem);
-    if (deadline.Stopped() || deadline.TimedOut()) {
-      *message = deadline.Stopped() ? "stopped by the user" : "time limit reached";
-      return false;
-    }
+    if (deadline.IsOver(message)) return false;
     const bool stuck = used < 2 && violation >= 0.5 * previous;
     if (stuck || *iterations >= kStepsPerIteration * options.max_iterations) {
       std::ostringstream text;

@@ -33,6 +33,12 @@ struct Deadline {
 
   bool Stopped() const { return stop != nullptr && stop->load(); }
   bool TimedOut() const { return limit_s > 0.0 && Since(start) >= limit_s; }
+  // Whether it is over, and why.
+  bool IsOver(std::string* message) const {
+    if (!Stopped() && !TimedOut()) return false;
+    *message = Stopped() ? "stopped by the user" : "time limit reached";
+    return true;
+  }
   double Remaining() const { return limit_s > 0.0 ? std::max(limit_s - Since(start), 0.01) : 1e9; }
 };
 

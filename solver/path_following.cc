@@ -36,18 +36,6 @@ PathFollowing::PathFollowing(ShellProblem* problem,
       decisions_(decisions),
       mixed_(problem, options.backend, options.num_threads) {}
 
-bool PathFollowing::OutOfTime(std::string* message) const {
-  if (deadline_.Stopped()) {
-    *message = "stopped by the user";
-    return true;
-  }
-  if (deadline_.TimedOut()) {
-    *message = "time limit reached";
-    return true;
-  }
-  return false;
-}
-
 // -d gradient / d factor: what depends on the load factor is linear in it.
 Eigen::VectorXd PathFollowing::LoadVector() {
   const double factor = problem_->load_factor();
@@ -214,7 +202,7 @@ bool PathFollowing::Follow(const OnPoint& on_point, std::string* message) {
   }
   const MixedIteration::Summary inflated = mixed_.Inflate(inflation);
   if (!inflated.converged) {
-    if (!inflated.stopped || !OutOfTime(message)) *message = inflated.message;
+    if (!inflated.stopped || !deadline_.IsOver(message)) *message = inflated.message;
     return false;
   }
   if (inflated.iterations > 0) {
@@ -252,7 +240,7 @@ bool PathFollowing::FollowDisplacement(const OnPoint& on_point, std::string* mes
     double step = target - reached;
     int iterations = 0;
     while (reached != target) {
-      if (OutOfTime(message)) {
+      if (deadline_.IsOver(message)) {
         Restore(good);
         return false;
       }
@@ -299,7 +287,7 @@ bool PathFollowing::FollowArcLength(const OnPoint& on_point, std::string* messag
     State next;
     MixedIteration::Summary summary;
     while (true) {
-      if (OutOfTime(message)) {
+      if (deadline_.IsOver(message)) {
         Restore(good);
         return false;
       }

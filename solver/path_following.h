@@ -72,7 +72,6 @@ class PathFollowing {
   State Present(const State* previous);
   void Restore(const State& state);
   void Report(const State& state, int iterations, bool limit, const OnPoint& on_point);
-  bool OutOfTime(std::string* message) const;
 
   ShellProblem* problem_;
   SolverOptions options_;

@@ -1,11 +1,13 @@
 #include "solver/scan_results.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+#include <utility>
 
 #include "geometry/point_tree.h"
+#include "geometry/text_file.h"
 #include "solver/fields.h"
+#include "solver/robust_statistics.h"
 
 namespace darboux {
 namespace {
@@ -14,12 +16,6 @@ using Json = nlohmann::ordered_json;
 using Eigen::Vector3d;
 
 Json Number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-void AppendNumber(double value, std::string* text) {
-  char buffer[40];
-  const std::to_chars_result end = std::to_chars(buffer, buffer + sizeof(buffer), value);
-  text->append(buffer, end.ptr);
-}
 
 }  // namespace
 
@@ -90,8 +86,7 @@ std::vector<ExtraField> MakeScanFields(const ShellFace& face,
     const PointTree::Neighbours near = tree.Nearest(x, kNearest + 1);
     spacing.push_back(std::sqrt(near.squared[near.count - 1]));
   }
-  std::nth_element(spacing.begin(), spacing.begin() + spacing.size() / 2, spacing.end());
-  const double reach = 2.0 * spacing[spacing.size() / 2];
+  const double reach = 2.0 * Median(std::move(spacing));
   for (size_t i = 0; i < mesh.points.size(); ++i) {
     const PointTree::Neighbours near =
         tree.Nearest(face.Evaluate(mesh.points[i]).position, kNearest);

@@ -13,7 +13,9 @@
 #include "costs/scan_distance.h"
 #include "geometry/point_tree.h"
 #include "geometry/shell_face.h"
+#include "solver/format.h"
 #include "solver/parallel_for.h"
+#include "solver/robust_statistics.h"
 #include "solver/tangent_stiffness.h"
 
 namespace darboux {
@@ -25,19 +27,6 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using Motion = Eigen::Matrix<double, 6, 1>;
-
-double Median(std::vector<double>* values) {
-  if (values->empty()) return 0.0;
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
-  std::nth_element(values->begin(), middle, values->end());
-  return *middle;
-}
-
-std::string Format(const char* format, double a, double b = 0.0, double c = 0.0) {
-  char text[256];
-  std::snprintf(text, sizeof(text), format, a, b, c);
-  return text;
-}
 
 // A shape with a pose, and the scan's distances to it.
 struct State {
@@ -77,7 +66,7 @@ class Fit {
         if (near.index[k] != static_cast<int>(i)) neighbours_[i].push_back(near.index[k]);
       }
     }
-    spacing_ = Median(&reach);
+    spacing_ = Median(std::move(reach));
   }
 
   bool Run(State* state) {
@@ -139,9 +128,9 @@ class Fit {
       if (state.feet[i].on_boundary) continue;
       near.clear();
       for (const int k : neighbours_[i]) near.push_back(state.distances[k]);
-      const double middle = Median(&near);
+      const double middle = Median(near);
       for (double& d : near) d = std::abs(d - middle);
-      const double spread = kSpreads * Median(&near);
+      const double spread = kSpreads * Median(near);
       int support = 0;
       for (const int k : neighbours_[i]) {
         const double apart = (scan_[i] - scan_[k]).norm();
@@ -433,20 +422,24 @@ class Fit {
       reached_ = false;
       return Finish(stiff_weight, state);
     }
+    // The trial at `weight` is now one end or the other.
+    const auto narrow = [&](State* trial) {
+      if (summary_->misfit <= target) {
+        soft_weight = weight;
+        soft_misfit = summary_->misfit;
+        *state = std::move(*trial);
+      } else {
+        stiff_weight = weight;
+        stiff_misfit = summary_->misfit;
+      }
+    };
     // Soft enough at once: how stiff may it be?
     constexpr int kMostSteps = 5;
     for (int k = 0; k < kMostSteps && stiff_weight == 0.0; ++k) {
       weight = soft_weight / kStep;
       State trial = first;
       if (!AtWeight(weight, false, &trial)) return false;
-      if (summary_->misfit <= target) {
-        soft_weight = weight;
-        soft_misfit = summary_->misfit;
-        *state = std::move(trial);
-      } else {
-        stiff_weight = weight;
-        stiff_misfit = summary_->misfit;
-      }
+      narrow(&trial);
     }
     if (stiff_weight == 0.0) {
       note_ = "; the computed shape explains the scan within its noise";
@@ -461,14 +454,7 @@ class Fit {
       weight = soft_weight * std::pow(stiff_weight / soft_weight, part);
       State trial = *state;  // from the soft side: it has found what there is to fit
       if (!AtWeight(weight, false, &trial)) return false;
-      if (summary_->misfit <= target) {
-        soft_weight = weight;
-        soft_misfit = summary_->misfit;
-        *state = std::move(trial);
-      } else {
-        stiff_weight = weight;
-        stiff_misfit = summary_->misfit;
-      }
+      narrow(&trial);
     }
     return Finish(soft_weight, state);
   }

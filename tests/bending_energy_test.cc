@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "geometry/shell_surface.h"
+#include "tests/strain_energy_util.h"
 #include "tests/test_util.h"
 
 namespace darboux {
@@ -107,14 +108,7 @@ TEST_P(BendingPatchTest, ScalingHasClosedForm) {
 }
 
 TEST_P(BendingPatchTest, EnergyDoesNotDependOnTheFrame) {
-  const Matrix3Xd x = patch_.RandomField(0.1);
-  for (const StrainMeasure measure : AllMeasures()) {
-    const double energy = PatchEnergy<BendingEnergy>(patch_, measure, material_, x);
-    for (const double turn : {0.4, 1.9, 4.0}) {
-      EXPECT_NEAR(
-          PatchEnergy<BendingEnergy>(patch_, measure, material_, x, turn) / energy, 1.0, 1e-12);
-    }
-  }
+  ExpectTheSameInAnyFrame<BendingEnergy>(patch_, material_, 0.1, 1e-12);
 }
 
 TEST_P(BendingPatchTest, RotatingADeformedShellKeepsItsKoiterEnergy) {
@@ -128,56 +122,22 @@ TEST_P(BendingPatchTest, RotatingADeformedShellKeepsItsKoiterEnergy) {
 }
 
 TEST_P(BendingPatchTest, EnergyDoesNotDependOnTheUnits) {
-  LoopPatch millimetres = patch_;
-  millimetres.positions *= 1e3;
-  Material material = material_;
-  material.thickness *= 1e3;
-  material.young_modulus *= 1e-6;
-  const Matrix3Xd x = patch_.RandomField(0.1);
-  for (const StrainMeasure measure : AllMeasures()) {
-    EXPECT_NEAR(1e-3 * PatchEnergy<BendingEnergy>(millimetres, measure, material, 1e3 * x) /
-                    PatchEnergy<BendingEnergy>(patch_, measure, material_, x),
-                1.0,
-                1e-14);
-  }
+  ExpectTheSameInMillimetres<BendingEnergy>(patch_, material_);
 }
 
 TEST_P(BendingPatchTest, TinyDisplacementsKeepTheirDigits) {
-  const Matrix3Xd x = patch_.RandomField(1.0);
-  const double linear =
-      PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kLinearKoiter, material_, x);
-  const double size = 1e-9;
-  const double up = PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kKoiter, material_, size * x);
-  const double down =
-      PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kKoiter, material_, -size * x);
-  EXPECT_NEAR(0.5 * (up + down) / (size * size) / linear, 1.0, 1e-13);
+  ExpectTinyDisplacementsToKeepTheirDigits<BendingEnergy>(patch_, material_);
 }
 
 TEST_P(BendingPatchTest, KoiterTendsToLinearKoiter) {
-  const Matrix3Xd x = patch_.RandomField(1.0);
-  const double linear =
-      PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kLinearKoiter, material_, x);
-  const auto difference = [&](double size) {
-    return std::abs(
-        PatchEnergy<BendingEnergy>(patch_, StrainMeasure::kKoiter, material_, size * x) /
-            (size * size) / linear -
-        1.0);
-  };
-  EXPECT_NEAR(std::log10(difference(1e-4) / difference(1e-6)), 2.0, 0.05);
+  ExpectKoiterToTendToLinearKoiter<BendingEnergy>(patch_, material_);
 }
 
 TEST_P(BendingPatchTest, BlockOfAnElementIsTheSumOfItsPoints) {
-  const StrainPoints points = patch_.Points(3, 6);
-  const VectorXd x = SeededUniform(36, 0.1);
-  const Evaluation block = EvaluateAt(BendingEnergy(points, StrainMeasure::kKoiter, material_), x);
-  ASSERT_EQ(block.residuals.size(), 3 * 6);
-  for (int q = 0; q < 6; ++q) {
-    const auto point = std::make_shared<std::vector<StrainPoint>>(1, (*points)[q]);
-    const Evaluation single =
-        EvaluateAt(BendingEnergy(point, StrainMeasure::kKoiter, material_), x);
-    EXPECT_EQ((block.residuals.segment<3>(3 * q)), single.residuals);
-    EXPECT_EQ((block.jacobian.middleRows<3>(3 * q)), single.jacobian);
-  }
+  const auto make = [this](const StrainPoints& points) {
+    return BendingEnergy(points, StrainMeasure::kKoiter, material_);
+  };
+  ExpectABlockToBeTheSumOfItsPoints(patch_, make, 3, 0.1);
 }
 
 INSTANTIATE_TEST_SUITE_P(Patches,
@@ -280,24 +240,10 @@ TEST(BendingIrregularJacobianTest, MatchesRiddersDifferences) {
   EXPECT_THAT(cost, HasCorrectJacobianAt(SeededUniform(NumParameters(*cost), 1e-2), 1e-7));
 }
 
-// On the exact surface rotations are in the space only approximately; curvatures follow at second
-// order of the cells, their energy at fourth.
+// Curvatures of a rotation follow at second order of the cells, their energy at fourth.
 TEST(ExactSurfaceTest, SpuriousEnergyOfARotationFallsFast) {
-  const auto energy = [](int divisions) {
-    Patch patch = TorusPatch();
-    patch.domain.divisions = {divisions, divisions};
-    const ShellSurface shell(patch.surface, patch.domain);
-    const Matrix3Xd u = FitRigidMotion(shell, 0.7);
-    double sum = 0.0;
-    for (int e = 0; e < shell.num_elements(); ++e) {
-      const auto points = std::make_shared<std::vector<StrainPoint>>(shell.QuadraturePoints(e, 3));
-      VectorXd x(36);
-      for (int i = 0; i < 12; ++i) x.segment<3>(3 * i) = u.col(shell.control_vertices(e)[i]);
-      sum += Energy(BendingEnergy(points, StrainMeasure::kKoiter, SampleMaterial()), x);
-    }
-    return sum;
-  };
-  const double coarse = energy(2), fine = energy(4);
+  const double coarse = SpuriousEnergyOfARotation<BendingEnergy>(2);
+  const double fine = SpuriousEnergyOfARotation<BendingEnergy>(4);
   EXPECT_LT(coarse, 1e-2 * SampleMaterial().BendingStiffness());
   EXPECT_LT(fine, coarse / 10.0);
 }

@@ -1,7 +1,6 @@
 #include "solver/contact_pressure.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <Eigen/Geometry>
 #include <filesystem>
@@ -10,6 +9,7 @@
 
 #include "solver/results.h"
 #include "tests/solve_util.h"
+#include "tests/temporary_folder.h"
 #include "tests/vtu_util.h"
 
 namespace darboux {
@@ -94,8 +94,8 @@ TEST(OutputMeshTest, PlacesOfCornersAreTheirPoints) {
 }
 
 TEST(ContactPressureFileTest, VtuHasItWhereThereAreFingersAndOnlyThere) {
-  const std::filesystem::path folder =
-      std::filesystem::path(::testing::TempDir()) / ("contact_" + std::to_string(getpid()));
+  const TemporaryFolder temporary("contact_pressure");
+  const std::filesystem::path& folder = temporary.path();
   const auto write = [&](const Solution& solution) {
     Results results;
     std::string error;
@@ -113,7 +113,6 @@ TEST(ContactPressureFileTest, VtuHasItWhereThereAreFingersAndOnlyThere) {
       MakeContactPressure(ball.problem->surface(), mesh, ball.summary.steps.back().contact_points));
   EXPECT_EQ(write(SolveScene(SceneFromData("clamped_plate.yaml"))).arrays.count("contact_pressure"),
             0u);
-  std::filesystem::remove_all(folder);
 }
 
 TEST(ContactPressureOfNothingTest, IsZero) {

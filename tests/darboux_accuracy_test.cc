@@ -2,16 +2,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
-#include <random>
 #include <regex>
 #include <string>
+
+#include "tests/temporary_folder.h"
 
 namespace darboux {
 namespace {
@@ -23,49 +20,23 @@ using ::testing::IsEmpty;
 using ::testing::MatchesRegex;
 using ::testing::Not;
 
-class DarbouxAccuracyTest : public ::testing::Test {
+class DarbouxAccuracyTest : public FolderTest {
  protected:
-  struct Outcome {
-    int status;
-    std::string out, err;
-  };
-
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() /
-              ("darboux_accuracy_test_" + std::to_string(std::random_device{}()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
-  std::string ReadFile(const std::string& name) const {
-    std::ifstream file(Path(name), std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
-  }
-  std::string Write(const std::string& name, const std::string& text) const {
-    std::ofstream(Path(name)) << text;
-    return Path(name);
-  }
   // `before`: of the command line, e.g. "timeout 5".
-  Outcome Run(const std::string& arguments, const std::string& before = "") const {
-    const std::string command = before + " " + std::string(DARBOUX_ACCURACY) + " " + arguments +
-                                " --threads=1 >" + Path("out") + " 2>" + Path("err");
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadFile("out"), ReadFile("err")};
+  CommandOutcome Run(const std::string& arguments, const std::string& before = "") const {
+    return RunCommand(folder_, before + " " + DARBOUX_ACCURACY + " " + arguments + " --threads=1");
   }
   static std::string Data(const std::string& name) {
     return std::string(DARBOUX_DATA_DIR) + "/" + name;
   }
-
-  fs::path folder_;
 };
 
 TEST_F(DarbouxAccuracyTest, NamesTheCheapestSettingsOfThePinchedCylinder) {
-  const Outcome outcome =
+  const CommandOutcome outcome =
       Run(Data("pinched_cylinder.yaml") + " --levels=4 --target=0.02 --out=" + Path("cost"));
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_THAT(outcome.err, IsEmpty());  // No progress: stderr is no terminal.
-  const Json json = Json::parse(ReadFile("cost/accuracy.json"));
+  const Json json = Json::parse(Read("cost/accuracy.json"));
   EXPECT_TRUE(json["established"].get<bool>());
   EXPECT_EQ(json["reference"]["kind"], "expect");
   ASSERT_EQ(json["cheapest"].size(), 4u);
@@ -94,20 +65,19 @@ TEST_F(DarbouxAccuracyTest, NamesTheCheapestSettingsOfThePinchedCylinder) {
     EXPECT_GT(run["time_s"]["cpu"].get<double>(), 0.0);
   }
   EXPECT_TRUE(found);
-  EXPECT_THAT(ReadFile("cost/accuracy.csv"), HasSubstr("\"divisions 16 x 16, grading 0.5"));
-  EXPECT_THAT(ReadFile("cost/accuracy.svg"), HasSubstr("</svg>"));
+  EXPECT_THAT(Read("cost/accuracy.csv"), HasSubstr("\"divisions 16 x 16, grading 0.5"));
+  EXPECT_THAT(Read("cost/accuracy.svg"), HasSubstr("</svg>"));
   EXPECT_FALSE(fs::exists(Path("cost/accuracy.csv.part")));
 }
 
 TEST_F(DarbouxAccuracyTest, ExtrapolatesWhereNothingIsExpectedAndSaysHowSurely) {
-  std::ifstream file(Data("pinched_cylinder.yaml"));
-  std::string text(std::istreambuf_iterator<char>(file), {});
+  std::string text = ReadFile(Data("pinched_cylinder.yaml"));
   text = text.substr(0, text.find("expect:"));
   const std::string scene = Write("scene.yaml", text);
-  const Outcome outcome =
+  const CommandOutcome outcome =
       Run(scene + " --levels=4 --sweep=resolution,grading --out=" + Path("cost"));
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  const Json json = Json::parse(ReadFile("cost/accuracy.json"));
+  const Json json = Json::parse(Read("cost/accuracy.json"));
   EXPECT_EQ(json["reference"]["kind"], "richardson");
   bool found = false;
   for (const Json& quantity : json["reference"]["quantities"]) {
@@ -129,10 +99,10 @@ TEST_F(DarbouxAccuracyTest, RefinesMeshes) {
       "shell: {thickness: 0.05, young_modulus: 1, poisson_ratio: 0.3}\nmodel: {theory: linear}\n"
       "loads: [{kind: normal_traction, value: 1.5*z^2-0.5}]\n"
       "probes: [{name: pole, at: {nearest: [0, 0, 1]}}]\n");
-  const Outcome outcome =
+  const CommandOutcome outcome =
       Run(scene + " --levels=4 --sweep=resolution,quadrature --out=" + Path("cost"));
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  const Json json = Json::parse(ReadFile("cost/accuracy.json"));
+  const Json json = Json::parse(Read("cost/accuracy.json"));
   EXPECT_EQ(json["reference"]["kind"], "richardson");
   int levels = 0;
   double before = 1e9;
@@ -146,16 +116,17 @@ TEST_F(DarbouxAccuracyTest, RefinesMeshes) {
 }
 
 TEST_F(DarbouxAccuracyTest, QuietPrintsNothing) {
-  const Outcome outcome = Run(Data("clamped_plate.yaml") +
-                              " --levels=2 --sweep=resolution --quiet --out=" + Path("cost"));
+  const CommandOutcome outcome = Run(
+      Data("clamped_plate.yaml") + " --levels=2 --sweep=resolution --quiet --out=" + Path("cost"));
   EXPECT_EQ(outcome.status, 0);
   EXPECT_THAT(outcome.out + outcome.err, IsEmpty());
   EXPECT_TRUE(fs::exists(Path("cost/accuracy.svg")));
 }
 
 TEST_F(DarbouxAccuracyTest, TargetsOutOfReachAreSaidToBe) {
-  const Outcome outcome = Run(Data("pinched_cylinder.yaml") +
-                              " --levels=2 --sweep=resolution --target=1e-5 --out=" + Path("cost"));
+  const CommandOutcome outcome =
+      Run(Data("pinched_cylinder.yaml") +
+          " --levels=2 --sweep=resolution --target=1e-5 --out=" + Path("cost"));
   EXPECT_EQ(outcome.status, 0);
   EXPECT_THAT(outcome.out, HasSubstr("cheapest for 0.001 %: not reached; most accurate divisions"));
 }
@@ -166,7 +137,8 @@ TEST_F(DarbouxAccuracyTest, WithoutAReferenceTheStatusIsOneAndTheFilesAreThere) 
       "name: plate\nsurface: {kind: plane, u: [0, 1], v: [0, 1], divisions: [4, 4]}\n"
       "shell: {thickness: 0.01, young_modulus: 1e9, poisson_ratio: 0.3}\nmodel: {theory: linear}\n"
       "supports: [{on: rim, clamped: true}]\nloads: [{kind: normal_traction, value: 1}]\n");
-  const Outcome outcome = Run(scene + " --levels=2 --sweep=resolution --out=" + Path("cost"));
+  const CommandOutcome outcome =
+      Run(scene + " --levels=2 --sweep=resolution --out=" + Path("cost"));
   EXPECT_EQ(outcome.status, 1);
   EXPECT_THAT(outcome.err, HasSubstr("no errors: reference none"));
   EXPECT_TRUE(fs::exists(Path("cost/accuracy.json")));
@@ -175,7 +147,7 @@ TEST_F(DarbouxAccuracyTest, WithoutAReferenceTheStatusIsOneAndTheFilesAreThere) 
 TEST_F(DarbouxAccuracyTest, AnInterruptWritesWhatThereIs) {
   // Its finest levels would take minutes. In the foreground, as otherwise timeout signals twice,
   // and the second signal ends any tool at once.
-  const Outcome outcome =
+  const CommandOutcome outcome =
       Run(Data("pinched_cylinder.yaml") +
               " --divisions=128,128 --max_dof=1e9 --levels=6 --sweep=resolution --quiet --out=" +
               Path("cost"),
@@ -183,7 +155,7 @@ TEST_F(DarbouxAccuracyTest, AnInterruptWritesWhatThereIs) {
   EXPECT_EQ(outcome.status, 1);
   ASSERT_TRUE(fs::exists(Path("cost/accuracy.json")));
   EXPECT_EQ(outcome.err, "darboux_accuracy: interrupted\n");
-  EXPECT_TRUE(Json::parse(ReadFile("cost/accuracy.json"))["stopped"].get<bool>());
+  EXPECT_TRUE(Json::parse(Read("cost/accuracy.json"))["stopped"].get<bool>());
 }
 
 TEST_F(DarbouxAccuracyTest, BadInputIsOneLineAndStatusTwo) {
@@ -207,7 +179,7 @@ TEST_F(DarbouxAccuracyTest, BadInputIsOneLineAndStatusTwo) {
                {loose, "loose.yaml"},
                {"", "found no argument"}};
   for (const auto& [arguments, message] : cases) {
-    const Outcome outcome = Run(arguments + " --out=" + Path("none"));
+    const CommandOutcome outcome = Run(arguments + " --out=" + Path("none"));
     EXPECT_EQ(outcome.status, 2) << arguments;
     EXPECT_THAT(outcome.err, HasSubstr(message)) << arguments;
     EXPECT_FALSE(fs::exists(Path("none"))) << arguments;

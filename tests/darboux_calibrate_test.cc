@@ -1,9 +1,5 @@
 // The tool as its users meet it: command line in, exit status and files out.
 
-#include <fcntl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,7 +9,6 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -28,6 +23,7 @@
 #include "gtest/gtest.h"
 #include "solver/scene_reader.h"
 #include "solver/shell_solver.h"
+#include "tests/tool_util.h"
 
 namespace darboux {
 namespace {
@@ -55,11 +51,6 @@ fingers:
 constexpr double kTruth = 8.0;
 constexpr double kNoise = 0.05;
 
-std::string ReadFile(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
-
 std::string Number(double value) {
   char text[32];
   std::snprintf(text, sizeof(text), "%.6g", value);
@@ -86,8 +77,10 @@ std::vector<Vector3d> Random(int count, const std::function<Vector3d(Vector3d)>&
   return points;
 }
 
-class DarbouxCalibrateTest : public ::testing::Test {
+class DarbouxCalibrateTest : public ToolTest {
  protected:
+  DarbouxCalibrateTest() : ToolTest(DARBOUX_CALIBRATE) { common_ = {OutFlag(), "--threads=1"}; }
+
   // What a scanner and a force sensor would have told, of the state that the ball has.
   static void SetUpTestSuite() {
     Scene scene;
@@ -112,19 +105,8 @@ class DarbouxCalibrateTest : public ::testing::Test {
   }
 
   void SetUp() override {
-    const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(::testing::TempDir()) /
-              ("darboux_calibrate_" + std::string(info->name()) + "_" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
     Write("ball.yaml", kBall);
     Write("scan.csv", Table(scan_));
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string Write(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
   }
   // A calibration with one grasp.
   std::string Calibration(const std::string& grasp,
@@ -140,38 +122,7 @@ class DarbouxCalibrateTest : public ::testing::Test {
   }
   static std::string GoodForce() { return Force(force_, 0.01 * force_); }
 
-  fs::path Out() const { return folder_ / "out"; }
-  std::string Stdout() const { return ReadFile(folder_ / "stdout"); }
-  std::string Stderr() const { return ReadFile(folder_ / "stderr"); }
   Json Result() const { return Json::parse(ReadFile(Out() / "calibration.json"), nullptr, false); }
-
-  int Run(const std::vector<std::string>& arguments) { return Wait(Start(arguments)); }
-
-  pid_t Start(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(),
-                     {DARBOUX_CALIBRATE, "--out=" + Out().string(), "--threads=1"});
-    std::vector<char*> argv;
-    for (std::string& word : arguments) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    const std::string out = (folder_ / "stdout").string(), err = (folder_ / "stderr").string();
-    fs::remove(err);  // Nobody shall read what an earlier run said.
-    const pid_t pid = fork();
-    if (pid == 0) {
-      dup2(open(out.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644), STDOUT_FILENO);
-      dup2(open(err.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644), STDERR_FILENO);
-      if (chdir(folder_.c_str()) != 0) _exit(126);
-      execv(argv[0], argv.data());
-      _exit(127);
-    }
-    return pid;
-  }
-
-  // Exit status; 128 + number where a signal ended it.
-  static int Wait(pid_t pid) {
-    int status = 0;
-    EXPECT_EQ(waitpid(pid, &status, 0), pid);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  }
 
   // Nobody who reads the file gets a number from it.
   void ExpectNoNumber(const std::string& termination) const {
@@ -186,7 +137,6 @@ class DarbouxCalibrateTest : public ::testing::Test {
 
   static double force_;
   static std::vector<Vector3d> scan_;
-  fs::path folder_;
 };
 
 double DarbouxCalibrateTest::force_ = 0.0;

@@ -18,7 +18,7 @@
 #include "geometry/mesh_io.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "tests/tool_util.h"
+#include "tests/deform_util.h"
 
 namespace darboux {
 namespace {
@@ -69,17 +69,14 @@ std::string MeshScene(const std::string& surface) {
          "loads: [{kind: pressure, value: 1}]\n";
 }
 
-class DarbouxDeformTest : public ToolTest {
+class DarbouxDeformTest : public DeformTest {
  protected:
-  void SetUp() override {
-    ToolTest::SetUp();
-    Scene("plate.yaml", kPlate);
-  }
+  void SetUp() override { Write("plate.yaml", kPlate); }
   std::string Plate() const { return (folder_ / "plate.yaml").string(); }
 };
 
 TEST_F(DarbouxDeformTest, ConvergedSceneWhoseExpectationsHoldExitsWithZero) {
-  const std::string scene = Scene("scene.yaml",
+  const std::string scene = Write("scene.yaml",
                                   std::string(kPlate) +
                                       "expect: [{quantity: probes.centre.displacement.z, "
                                       "value: 0.13817, relative_tolerance: 0.001}]\n");
@@ -93,7 +90,7 @@ TEST_F(DarbouxDeformTest, ConvergedSceneWhoseExpectationsHoldExitsWithZero) {
 
 TEST_F(DarbouxDeformTest, FailingExpectationExitsWithOneAndKeepsTheResults) {
   const std::string scene =
-      Scene("scene.yaml",
+      Write("scene.yaml",
             std::string(kPlate) +
                 "expect: [{quantity: probes.centre.displacement.z, value: 0.2, "
                 "relative_tolerance: 0.001}]\n");
@@ -106,7 +103,7 @@ TEST_F(DarbouxDeformTest, FailingExpectationExitsWithOneAndKeepsTheResults) {
 }
 
 TEST_F(DarbouxDeformTest, ExpectationsAreEvaluatedWithOverridesToo) {
-  const std::string scene = Scene("scene.yaml",
+  const std::string scene = Write("scene.yaml",
                                   std::string(kPlate) +
                                       "expect: [{quantity: elements, value: 512, "
                                       "absolute_tolerance: 0.5}]\n");
@@ -156,7 +153,7 @@ TEST_F(DarbouxDeformTest, MistakesOnTheCommandLineExitWithTwoAndWriteNothing) {
     std::string message;
   };
   const std::string ball =
-      Scene("ball.yaml", MeshScene("kind: icosphere, radius: 1, frequency: 2"));
+      Write("ball.yaml", MeshScene("kind: icosphere, radius: 1, frequency: 2"));
   const std::vector<Mistake> mistakes = {
       {{}, "usage:"},
       {{OutFlag()}, "no argument"},
@@ -206,7 +203,7 @@ TEST_F(DarbouxDeformTest, MistakesOnTheCommandLineExitWithTwoAndWriteNothing) {
 }
 
 TEST_F(DarbouxDeformTest, MistakeInTheSceneExitsWithTwoAndOneLineThatNamesIt) {
-  const std::string scene = Scene("bad.yaml", std::string(kPlate) + "step: 3\n");
+  const std::string scene = Write("bad.yaml", std::string(kPlate) + "step: 3\n");
   EXPECT_EQ(Run({scene, OutFlag()}), 2);
   EXPECT_THAT(Stderr(), HasSubstr("bad.yaml:8: step"));
   EXPECT_THAT(Stderr(), HasSubstr("'steps'"));
@@ -218,7 +215,7 @@ TEST_F(DarbouxDeformTest, MistakeInTheSceneExitsWithTwoAndOneLineThatNamesIt) {
 TEST_F(DarbouxDeformTest, SceneThatNothingHoldsExitsWithTwo) {
   std::string text = kPlate;
   text.erase(text.find("supports"), text.find("loads") - text.find("supports"));
-  EXPECT_EQ(Run({Scene("free.yaml", text), OutFlag()}), 2);
+  EXPECT_EQ(Run({Write("free.yaml", text), OutFlag()}), 2);
   EXPECT_THAT(Stderr(), HasSubstr("supports"));
   EXPECT_FALSE(fs::exists(Out()));
 }
@@ -230,7 +227,7 @@ TEST_F(DarbouxDeformTest, LoggingFlagsAreTakenAndNoLogFileIsWritten) {
 
 TEST_F(DarbouxDeformTest, TimeLimitEndsTheRunWithCompleteResults) {
   const auto start = std::chrono::steady_clock::now();
-  EXPECT_EQ(Run({Scene("long.yaml", kLong), OutFlag(), "--time_limit=0.5"}), 1);
+  EXPECT_EQ(Run({Write("long.yaml", kLong), OutFlag(), "--time_limit=0.5"}), 1);
   EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(60));
   const Json summary = Summary();
   EXPECT_EQ(summary["converged"], false);
@@ -241,7 +238,7 @@ TEST_F(DarbouxDeformTest, TimeLimitEndsTheRunWithCompleteResults) {
 }
 
 TEST_F(DarbouxDeformTest, TooFewIterationsGiveMarkedAndFiniteResults) {
-  EXPECT_EQ(Run({Scene("long.yaml", kLong), OutFlag(), "--max_iterations=1"}), 1);
+  EXPECT_EQ(Run({Write("long.yaml", kLong), OutFlag(), "--max_iterations=1"}), 1);
   const Json summary = Summary();
   EXPECT_EQ(summary["converged"], false);
   ExpectCompleteResults(summary["load_steps"].size());
@@ -249,7 +246,7 @@ TEST_F(DarbouxDeformTest, TooFewIterationsGiveMarkedAndFiniteResults) {
 
 TEST_F(DarbouxDeformTest, InterruptEndsTheRunWithCompleteResults) {
   for (const int number : {SIGINT, SIGTERM}) {
-    const pid_t pid = Start({Scene("long.yaml", kLong), OutFlag()});
+    const pid_t pid = Start({Write("long.yaml", kLong), OutFlag()});
     WaitForAStep();
     kill(pid, number);
     EXPECT_EQ(Wait(pid), 1) << Stderr();
@@ -261,7 +258,7 @@ TEST_F(DarbouxDeformTest, InterruptEndsTheRunWithCompleteResults) {
 }
 
 TEST_F(DarbouxDeformTest, SecondRunReplacesTheFirst) {
-  const std::string three = Scene("three.yaml", std::string(kPlate) + "steps: 3\n");
+  const std::string three = Write("three.yaml", std::string(kPlate) + "steps: 3\n");
   EXPECT_EQ(Run({three, OutFlag()}), 0);
   ExpectCompleteResults(3);
   EXPECT_EQ(Run({Plate(), OutFlag() + "/"}), 0) << Stderr();
@@ -281,7 +278,7 @@ TEST_F(DarbouxDeformTest, ExportsAppearWithTheOtherFilesAndGoWithThem) {
 
 TEST_F(DarbouxDeformTest, DecksAreWrittenWithoutASolutionAndSayWhatTheyLack) {
   const std::string ball =
-      Scene("gas.yaml",
+      Write("gas.yaml",
             "name: gas\nsurface: {kind: icosphere, radius: 1, frequency: 4}\n"
             "shell: {thickness: 0.01, young_modulus: 1.0e7, poisson_ratio: 0.3}\n"
             "loads: [{kind: gas, gauge_pressure: 1, ambient_pressure: 10}]\n");
@@ -311,7 +308,7 @@ TEST_F(DarbouxDeformTest, FullDiskExitsWithOneAndLeavesNothingHalfWritten) {
 TEST_F(DarbouxDeformTest, UnitsDoNotMatter) {
   ASSERT_EQ(Run({Plate(), OutFlag()}), 0);
   const Json millimetres = Summary();
-  ASSERT_EQ(Run({Scene("metres.yaml", kPlateMetres), OutFlag()}), 0);
+  ASSERT_EQ(Run({Write("metres.yaml", kPlateMetres), OutFlag()}), 0);
   const Json metres = Summary();
   const auto value = [](const Json& json, const char* path) {
     return json.at(Json::json_pointer(path)).get<double>();
@@ -336,11 +333,11 @@ TEST_F(DarbouxDeformTest, UnitsDoNotMatter) {
 TEST_F(DarbouxDeformTest, AccuracyIsReportedAndDecidesTheStatus) {
   std::string text = kPlate;
   text.replace(text.find("theory: linear"), 14, "theory: linear, accuracy: 0.001");
-  EXPECT_EQ(Run({Scene("fine.yaml", text), OutFlag()}), 0) << Stderr();
+  EXPECT_EQ(Run({Write("fine.yaml", text), OutFlag()}), 0) << Stderr();
   EXPECT_EQ(Summary()["accuracy"]["reached"], true);
   EXPECT_THAT(Stdout(), HasSubstr("level    12 x 12"));
   text.replace(text.find("0.001"), 5, "1.0e-14");
-  EXPECT_EQ(Run({Scene("finer.yaml", text), OutFlag(), "--divisions=4,4", "--time_limit=1"}), 1);
+  EXPECT_EQ(Run({Write("finer.yaml", text), OutFlag(), "--divisions=4,4", "--time_limit=1"}), 1);
   EXPECT_EQ(Summary()["accuracy"]["reached"], false);
   EXPECT_EQ(Summary()["converged"], true);
   EXPECT_THAT(Stderr(), HasSubstr("warning: accuracy 1e-14 not reached"));
@@ -363,7 +360,7 @@ TEST_F(DarbouxDeformTest, BrokenMeshesExitWithTwoAndOneLineThatNamesTheDefect) {
   std::set<std::string> sound;
   for (const std::string& name : names) {
     const std::string file = DARBOUX_DATA_DIR "/broken_meshes/" + name;
-    const std::string scene = Scene("scene.yaml", MeshScene("kind: mesh, file: " + file));
+    const std::string scene = Write("scene.yaml", MeshScene("kind: mesh, file: " + file));
     const int status = Run({scene, OutFlag(), "--quiet"});
     const std::string text = Stderr();
     TriangleMesh mesh;
@@ -396,7 +393,7 @@ TEST_F(DarbouxDeformTest, MeshesThatCanBeMendedRunWithRepair) {
     fs::copy_file(
         DARBOUX_DATA_DIR "/broken_meshes/" + name, file, fs::copy_options::overwrite_existing);
     const std::string scene =
-        Scene("scene.yaml", MeshScene("kind: mesh, file: " + file.filename().string()));
+        Write("scene.yaml", MeshScene("kind: mesh, file: " + file.filename().string()));
     const int status = Run({scene, OutFlag(), "--repair"});
     if (status == 2) {
       EXPECT_THAT(Stderr(), StartsWith("darboux_deform: " + scene + ":2: surface.file: ")) << name;
@@ -440,7 +437,7 @@ TEST_F(DarbouxDeformTest, MeshesThatCanBeMendedRunWithRepair) {
 }
 
 TEST_F(DarbouxDeformTest, RepairIsSilentWhenQuiet) {
-  const std::string scene = Scene(
+  const std::string scene = Write(
       "scene.yaml", MeshScene("kind: mesh, file: " DARBOUX_DATA_DIR "/broken_meshes/seam.obj"));
   EXPECT_EQ(Run({scene, OutFlag(), "--repair", "--quiet"}), 0);
   EXPECT_EQ(Stderr(), "");
@@ -449,7 +446,7 @@ TEST_F(DarbouxDeformTest, RepairIsSilentWhenQuiet) {
 
 TEST_F(DarbouxDeformTest, SoundMeshesAreTheSameWithRepair) {
   const std::string scene =
-      Scene("scene.yaml", MeshScene("kind: mesh, file: " DARBOUX_DATA_DIR "/duck_642.obj"));
+      Write("scene.yaml", MeshScene("kind: mesh, file: " DARBOUX_DATA_DIR "/duck_642.obj"));
   EXPECT_EQ(Run({scene, OutFlag()}), 0) << Stderr();
   const Json before = Summary();
   EXPECT_EQ(Run({scene, OutFlag(), "--repair"}), 0) << Stderr();
@@ -466,7 +463,7 @@ TEST_F(DarbouxDeformTest, MeshesWithoutATangentPlaneExitWithTwo) {
     TriangleMesh scaled = duck;
     for (Eigen::Vector3d& x : scaled.vertices) x *= factor;
     ASSERT_TRUE(WriteObj((folder_ / "duck.obj").string(), scaled, &error)) << error;
-    const std::string scene = Scene("scene.yaml", MeshScene("kind: mesh, file: duck.obj"));
+    const std::string scene = Write("scene.yaml", MeshScene("kind: mesh, file: duck.obj"));
     EXPECT_EQ(Run({scene, OutFlag()}), 2);
     EXPECT_EQ(Stderr(),
               "darboux_deform: " + scene +
@@ -488,7 +485,7 @@ TEST_F(DarbouxDeformTest, UnitsOfAMeshDoNotMatter) {
                          const std::string& pressure,
                          const std::string& beak) {
     const std::string scene =
-        Scene("duck.yaml",
+        Write("duck.yaml",
               "name: duck\nsurface: {kind: mesh, file: " + file + "}\nshell: {" + shell +
                   ", poisson_ratio: 0.45}\nmodel: {theory: linear}\n"
                   "loads: [{kind: pressure, value: " +

@@ -2,13 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -22,6 +19,7 @@
 #include "geometry/shell_face.h"
 #include "solver/scene_reader.h"
 #include "solver/shell_solver.h"
+#include "tests/temporary_folder.h"
 
 namespace darboux {
 namespace {
@@ -42,15 +40,8 @@ fingers:
 
 class DarbouxFitTest : public ::testing::Test {
  protected:
-  struct Outcome {
-    int status;
-    std::string err;
-  };
-
   static void SetUpTestSuite() {
-    folder_ = new fs::path(fs::temp_directory_path() /
-                           ("darboux_fit_test_" + std::to_string(std::random_device{}())));
-    fs::create_directories(*folder_);
+    folder_ = new TemporaryFolder("darboux_fit_test");
     TriangleMesh mesh = MakeIcosphere(50.0, 4);
     for (Vector3d& x : mesh.vertices) {
       x = x.cwiseProduct(Vector3d(1.0, 0.8, 0.6));
@@ -87,39 +78,33 @@ class DarbouxFitTest : public ::testing::Test {
     ASSERT_TRUE(WritePointCloud(Path("scan_um.csv"), cloud, {}, &error)) << error;
   }
   static void TearDownTestSuite() {
-    fs::remove_all(*folder_);
     delete folder_;
+    folder_ = nullptr;
   }
 
-  static std::string Path(const std::string& name) { return (*folder_ / name).string(); }
-  static std::string ReadFile(const std::string& name) {
-    std::ifstream file(Path(name), std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
-  }
-  static Outcome Run(const std::string& arguments) {
-    const std::string command =
-        std::string(DARBOUX_FIT) + " " + arguments + " --threads=1 --quiet 2>" + Path("err");
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadFile("err")};
+  static std::string Path(const std::string& name) { return (folder_->path() / name).string(); }
+  static std::string Read(const std::string& name) { return ReadFile(Path(name)); }
+  static CommandOutcome Run(const std::string& arguments) {
+    return RunCommand(folder_->path(), DARBOUX_FIT " " + arguments + " --threads=1 --quiet");
   }
 
-  static fs::path* folder_;
+  static TemporaryFolder* folder_;
 };
-fs::path* DarbouxFitTest::folder_ = nullptr;
+TemporaryFolder* DarbouxFitTest::folder_ = nullptr;
 
 TEST_F(DarbouxFitTest, RegistersAScanOfTheComputedShape) {
-  const Outcome outcome = Run(Path("pebble.yaml") + " --scan=" + Path("scan.csv") +
-                              " --mode=register --out=" + Path("registered"));
+  const CommandOutcome outcome = Run(Path("pebble.yaml") + " --scan=" + Path("scan.csv") +
+                                     " --mode=register --out=" + Path("registered"));
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  const Json json = Json::parse(ReadFile("registered/fit.json"));
+  const Json json = Json::parse(Read("registered/fit.json"));
   EXPECT_TRUE(json["converged"].get<bool>());
   EXPECT_EQ(json["all"]["count"], 1500);
   // Noise between -0.1 and 0.1.
   EXPECT_NEAR(json["all"]["rms"].get<double>(), 0.1 / std::sqrt(6.0), 0.005);
   EXPECT_LT(json["all"]["max"].get<double>(), 0.12);
   EXPECT_EQ(json["registration"]["equivalent_poses"], 0);
-  EXPECT_THAT(ReadFile("registered/shell.vtu"), HasSubstr("Name=\"scan_distance\""));
-  EXPECT_THAT(ReadFile("registered/shell.vtu"), HasSubstr("Name=\"scan_coverage\""));
+  EXPECT_THAT(Read("registered/shell.vtu"), HasSubstr("Name=\"scan_distance\""));
+  EXPECT_THAT(Read("registered/shell.vtu"), HasSubstr("Name=\"scan_coverage\""));
   EXPECT_TRUE(fs::exists(Path("registered/deformed.ply")));
   PointCloud moved;
   std::string error;
@@ -128,10 +113,10 @@ TEST_F(DarbouxFitTest, RegistersAScanOfTheComputedShape) {
 }
 
 TEST_F(DarbouxFitTest, FitsADentThatNoFingerIsKnownOf) {
-  const Outcome outcome = Run(Path("pebble.yaml") + " --scan=" + Path("scan.csv") +
-                              " --fingers=none --out=" + Path("fitted"));
+  const CommandOutcome outcome = Run(Path("pebble.yaml") + " --scan=" + Path("scan.csv") +
+                                     " --fingers=none --out=" + Path("fitted"));
   EXPECT_EQ(outcome.status, 0) << outcome.err;
-  const Json json = Json::parse(ReadFile("fitted/fit.json"));
+  const Json json = Json::parse(Read("fitted/fit.json"));
   EXPECT_TRUE(json["converged"].get<bool>());
   EXPECT_EQ(json["fingers"], "none");
   EXPECT_NEAR(json["inliers"]["rms"].get<double>(), 0.1 / std::sqrt(6.0), 0.008);
@@ -140,11 +125,11 @@ TEST_F(DarbouxFitTest, FitsADentThatNoFingerIsKnownOf) {
 }
 
 TEST_F(DarbouxFitTest, AScanInAnotherUnitIsNoMatch) {
-  const Outcome outcome = Run(Path("pebble.yaml") + " --scan=" + Path("scan_um.csv") +
-                              " --mode=register --against=rest --out=" + Path("unit"));
+  const CommandOutcome outcome = Run(Path("pebble.yaml") + " --scan=" + Path("scan_um.csv") +
+                                     " --mode=register --against=rest --out=" + Path("unit"));
   EXPECT_EQ(outcome.status, 1);
   EXPECT_THAT(outcome.err, HasSubstr("1000 times larger"));
-  EXPECT_FALSE(Json::parse(ReadFile("unit/fit.json"))["converged"].get<bool>());
+  EXPECT_FALSE(Json::parse(Read("unit/fit.json"))["converged"].get<bool>());
 }
 
 TEST_F(DarbouxFitTest, BadInputIsOneLineAndNoFiles) {
@@ -154,7 +139,7 @@ TEST_F(DarbouxFitTest, BadInputIsOneLineAndNoFiles) {
         scene + out + " --scan=" + Path("missing.csv"),
         scene + out + " --scan=" + Path("scan.csv") + " --mode=fix",
         scene + out + " --scan=" + Path("scan.csv") + " --noise=-1"}) {
-    const Outcome outcome = Run(arguments);
+    const CommandOutcome outcome = Run(arguments);
     EXPECT_EQ(outcome.status, 2) << arguments;
     EXPECT_THAT(outcome.err, HasSubstr("found")) << arguments;
   }

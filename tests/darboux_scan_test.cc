@@ -1,9 +1,5 @@
 // The tool as its users meet it: command line in, exit status and files out.
 
-#include <fcntl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
@@ -11,7 +7,6 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -25,6 +20,7 @@
 #include "geometry/rigid_pose.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/tool_util.h"
 
 namespace darboux {
 namespace {
@@ -54,72 +50,18 @@ fingers:
 steps: 2
 )";
 
-std::string ReadFile(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
-
-std::set<std::string> FilesIn(const fs::path& folder) {
-  std::set<std::string> names;
-  if (!fs::exists(folder)) return names;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    names.insert(entry.path().filename().string());
-  }
-  return names;
-}
-
-class DarbouxScanTest : public ::testing::Test {
+class DarbouxScanTest : public ToolTest {
  protected:
+  DarbouxScanTest() : ToolTest(DARBOUX_SCAN) {
+    common_ = {OutFlag(), "--points=500", "--threads=1"};  // unless told otherwise
+  }
   void SetUp() override {
-    const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(::testing::TempDir()) /
-              ("darboux_scan_" + std::string(info->name()) + "_" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
     plate_ = Write("plate.yaml", kPlate);
-    sphere_ = (folder_ / "sphere.obj").string();
+    sphere_ = Path("sphere.obj");
     std::string error;
     ASSERT_TRUE(WriteObj(sphere_, MakeIcosphere(10.0, 8), &error)) << error;
   }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  std::string Write(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name) << text;
-    return (folder_ / name).string();
-  }
-  fs::path Out() const { return folder_ / "out"; }
-  std::string Stdout() const { return ReadFile(folder_ / "stdout"); }
-  std::string Stderr() const { return ReadFile(folder_ / "stderr"); }
   Json Truth() const { return Json::parse(ReadFile(Out() / "truth.json"), nullptr, false); }
-
-  // Exit status, with --out and few points unless told otherwise.
-  int Run(const std::vector<std::string>& arguments) { return Wait(Start(arguments)); }
-
-  pid_t Start(std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(),
-                     {DARBOUX_SCAN, "--out=" + Out().string(), "--points=500", "--threads=1"});
-    std::vector<char*> argv;
-    for (std::string& word : arguments) argv.push_back(word.data());
-    argv.push_back(nullptr);
-    const std::string out = (folder_ / "stdout").string(), err = (folder_ / "stderr").string();
-    fs::remove(err);  // Nobody shall read what an earlier run said.
-    const pid_t pid = fork();
-    if (pid == 0) {
-      dup2(open(out.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644), STDOUT_FILENO);
-      dup2(open(err.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0644), STDERR_FILENO);
-      if (chdir(folder_.c_str()) != 0) _exit(126);
-      execv(argv[0], argv.data());
-      _exit(127);
-    }
-    return pid;
-  }
-
-  // Exit status; 128 + number where a signal ended it.
-  static int Wait(pid_t pid) {
-    int status = 0;
-    EXPECT_EQ(waitpid(pid, &status, 0), pid);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  }
 
   PointCloud Cloud(const std::string& name) const {
     PointCloud cloud;
@@ -135,7 +77,6 @@ class DarbouxScanTest : public ::testing::Test {
     return {Eigen::Quaterniond(q[0], q[1], q[2], q[3]), Vector3d(t[0], t[1], t[2])};
   }
 
-  fs::path folder_;
   std::string plate_, sphere_;
 };
 

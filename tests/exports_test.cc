@@ -2,12 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
@@ -20,7 +18,7 @@
 #include "solver/npz_writer.h"
 #include "solver/scene_reader.h"
 #include "solver/shell_solver.h"
-#include "tests/file_util.h"
+#include "tests/temporary_folder.h"
 
 namespace darboux {
 namespace {
@@ -184,10 +182,9 @@ TEST_F(ExportsTest, TablesAndArraysHaveTheFieldsOfEveryStep) {
 
 TEST_F(ExportsTest, NumPyReadsTheArrays) {
 #ifdef DARBOUX_NUMPY_PYTHON
-  const std::string folder = ::testing::TempDir() + "exports_" + std::to_string(getpid());
-  std::filesystem::create_directories(folder);
-  std::ofstream(folder + "/fields.npz", std::ios::binary) << files_.at("fields.npz");
-  std::ofstream(folder + "/read.py")
+  const TemporaryFolder folder("exports");
+  std::ofstream(folder.path() / "fields.npz", std::ios::binary) << files_.at("fields.npz");
+  std::ofstream(folder.path() / "read.py")
       << "import numpy as np, zipfile\n"
          "assert zipfile.ZipFile('fields.npz').testzip() is None\n"
          "z = np.load('fields.npz')\n"
@@ -199,10 +196,8 @@ TEST_F(ExportsTest, NumPyReadsTheArrays) {
          "assert list(z['load_factor']) == [0.5, 1] and z['converged'].all()\n"
          "tip = z['points'][:, 0] == 10\n"
          "assert abs(z['displacement'][1, tip, 2] - 6.69989).max() < 0.067\n";
-  const std::string command =
-      "cd '" + folder + "' && '" DARBOUX_NUMPY_PYTHON "' read.py > log 2>&1";
-  EXPECT_EQ(std::system(command.c_str()), 0) << ReadFile(folder + "/log");
-  std::filesystem::remove_all(folder);
+  const CommandOutcome outcome = RunCommand(folder.path(), "'" DARBOUX_NUMPY_PYTHON "' read.py");
+  EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
 #else
   GTEST_SKIP() << "no Python with NumPy was found at configure time";
 #endif

@@ -8,7 +8,6 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <random>
 #include <string>
@@ -17,7 +16,9 @@
 #include "solver/calibration.h"
 #include "solver/calibration_reader.h"
 #include "solver/scene_reader.h"
+#include "tests/calibration_util.h"
 #include "tests/solve_util.h"
+#include "tests/temporary_folder.h"
 
 namespace darboux {
 namespace {
@@ -42,16 +43,6 @@ PointCloud ExactField() {
   std::string error;
   EXPECT_TRUE(ReadPointCloud(kFolder + "strip_hole_exact.csv", &cloud, &error)) << error;
   return cloud;
-}
-
-CalibrationSummary Calibrated(const CalibrationSpec& spec) {
-  CalibrationSummary summary;
-  CalibrationOptions options;
-  options.solver.num_threads = 1;
-  std::string error;
-  EXPECT_TRUE(Calibrate(spec, options, &summary, nullptr, &error)) << error;
-  EXPECT_TRUE(summary.IsConverged()) << summary.message;
-  return summary;
 }
 
 // Of strip_hole_noisy.csv.
@@ -310,20 +301,12 @@ TEST_P(FaceTest, PointsOfAFaceTurnWithIt) {
 
 INSTANTIATE_TEST_SUITE_P(Theories, FaceTest, ::testing::Values("linear", "nonlinear"));
 
-class FilesTest : public ::testing::Test {
+class FilesTest : public FolderTest {
  protected:
-  FilesTest()
-      : folder_(std::filesystem::path(::testing::TempDir()) /
-                ("field_calibration_" + std::to_string(std::random_device()()))) {
-    std::filesystem::create_directories(folder_);
+  FilesTest() {
     for (const char* name : {"strip_hole.yaml", "strip_hole.obj"}) {
       std::filesystem::copy_file(kFolder + name, folder_ / name);
     }
-  }
-  ~FilesTest() override { std::filesystem::remove_all(folder_); }
-
-  void Write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name, std::ios::binary) << text;
   }
   bool Read(const std::string& field, CalibrationSpec* spec, std::string* error) const {
     return ParseCalibration(
@@ -338,8 +321,6 @@ class FilesTest : public ::testing::Test {
         spec,
         error);
   }
-
-  const std::filesystem::path folder_;
 };
 
 TEST_F(FilesTest, AMeasurementIsReadAsItIsPublished) {
@@ -399,8 +380,7 @@ TEST_F(FilesTest, UnitsDoNotMatter) {
       "    force: [\"324101.845*((0.08 - x < min(y, 0.02005 - y)) - (x < min(y, 0.02005 - y)))\", "
       "0, 0]\n");
   std::string error;
-  ASSERT_TRUE(ReadScene((folder_ / "metres.yaml").string(), &spec.grasps[0].scene, &error))
-      << error;
+  ASSERT_TRUE(ReadScene(Path("metres.yaml"), &spec.grasps[0].scene, &error)) << error;
   spec.parameter(StateParameter::kYoungModulus).start =
       1e6 * *spec.parameter(StateParameter::kYoungModulus).start;
   for (Eigen::Vector3d& x : FieldOf(&spec).cloud.points) x *= 1e-3;

@@ -1,15 +1,13 @@
 #include "solver/file_set.h"
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <set>
 #include <string>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "tests/temporary_folder.h"
 
 namespace darboux {
 namespace {
@@ -17,28 +15,10 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-class FileSetTest : public ::testing::Test {
+class FileSetTest : public FolderTest {
  protected:
-  void SetUp() override {
-    folder_ = fs::path(::testing::TempDir()) / ("file_set_" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    ASSERT_TRUE(MakeFolder(folder_.string(), &error_)) << error_;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
+  std::set<std::string> Names() const { return FilesIn(folder_); }
 
-  std::string Read(const std::string& name) const {
-    std::ifstream file(folder_ / name, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
-  }
-  std::set<std::string> Names() const {
-    std::set<std::string> names;
-    for (const auto& entry : fs::directory_iterator(folder_)) {
-      names.insert(entry.path().filename().string());
-    }
-    return names;
-  }
-
-  fs::path folder_;
   std::string error_;
 };
 

@@ -25,16 +25,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-std::vector<const double*> Blocks(const ceres::CostFunction& cost, const VectorXd& x) {
-  std::vector<const double*> blocks;
-  int offset = 0;
-  for (const int size : cost.parameter_block_sizes()) {
-    blocks.push_back(x.data() + offset);
-    offset += size;
-  }
-  return blocks;
-}
-
 double ContactEnergy(const FingerContact& cost, const VectorXd& x) {
   double energy = 0.0;
   EXPECT_TRUE(cost.Energy(Blocks(cost, x).data(), &energy));

@@ -44,6 +44,18 @@ class DistanceAndNormal : public ceres::CostFunction {
   FingerPose pose_;
 };
 
+// The parameters of a cost, one block after the other.
+inline std::vector<const double*> Blocks(const ceres::CostFunction& cost,
+                                         const Eigen::VectorXd& x) {
+  std::vector<const double*> blocks;
+  int offset = 0;
+  for (const int size : cost.parameter_block_sizes()) {
+    blocks.push_back(x.data() + offset);
+    offset += size;
+  }
+  return blocks;
+}
+
 inline FingerPose SkewPose() { return {{0.3, -0.2, 0.1}, SkewRotation(0.8)}; }
 
 inline Distance DistanceAt(const FingerShape& shape,

@@ -24,16 +24,6 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-std::vector<const double*> Blocks(const ceres::CostFunction& cost, const VectorXd& x) {
-  std::vector<const double*> blocks;
-  int offset = 0;
-  for (const int size : cost.parameter_block_sizes()) {
-    blocks.push_back(x.data() + offset);
-    offset += size;
-  }
-  return blocks;
-}
-
 VectorXd ForceAt(const Friction& cost, const VectorXd& x, MatrixXd* stiffness = nullptr) {
   Matrix3Xd force;
   EXPECT_TRUE(cost.Linearise(Blocks(cost, x).data(), &force, stiffness));

@@ -3,7 +3,6 @@
 // not.
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +11,7 @@
 
 #include "solver/results.h"
 #include "tests/hard_util.h"
+#include "tests/temporary_folder.h"
 #include "tests/vtu_util.h"
 
 namespace darboux {
@@ -120,8 +120,8 @@ path: {control: arc_length}
 // The lowest mode is in the file that people look at, where the state is unstable.
 TEST(HardBucklingTest, ModeIsWrittenToTheResults) {
   const double d = std::pow(0.002, 3) / (12.0 * (1.0 - 0.09));
-  const auto folder = std::filesystem::path(::testing::TempDir()) /
-                      ("darboux_buckling_" + std::to_string(getpid()));
+  const TemporaryFolder temporary("hard_buckling");
+  const std::filesystem::path& folder = temporary.path();
   for (const double factor : {0.5, 1.01}) {
     const Solution solution = Pressed(Plate(1), 4.0 * M_PI * M_PI * d, factor);
     Results results;
@@ -133,7 +133,6 @@ TEST(HardBucklingTest, ModeIsWrittenToTheResults) {
     EXPECT_EQ(vtu.arrays.count("lowest_mode"), factor > 1.0 ? 1u : 0u);
     EXPECT_EQ(results.summary["stability"]["negative_modes"], factor > 1.0 ? 1 : 0);
   }
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "tests/deform_util.h"
 #include "tests/hard_util.h"
-#include "tests/tool_util.h"
 #include "tests/vtu_util.h"
 
 namespace darboux {
@@ -97,7 +97,7 @@ loads: [{kind: gas, gauge_pressure: 0, ambient_pressure: 1e5}]
 
 // ---- What cannot be computed with ---------------------------------------------------------------
 
-using HardDegenerateTest = ToolTest;
+using HardDegenerateTest = DeformTest;
 
 // Exit status 2, one line that names the key, nothing written.
 TEST_F(HardDegenerateTest, ImpossibleNumbersAreErrors) {
@@ -140,7 +140,7 @@ TEST_F(HardDegenerateTest, ImpossibleNumbersAreErrors) {
       const std::string text = With(With(kPlate, mistake.from, mistake.to),
                                     "theory: linear",
                                     std::string("theory: ") + theory);
-      EXPECT_EQ(Run({Scene("scene.yaml", text), OutFlag()}), 2) << mistake.to << Stderr();
+      EXPECT_EQ(Run({Write("scene.yaml", text), OutFlag()}), 2) << mistake.to << Stderr();
       const std::string message = Stderr();
       EXPECT_THAT(message, HasSubstr(": " + mistake.key)) << mistake.to;
       EXPECT_THAT(message, HasSubstr("allowed")) << mistake.to;
@@ -163,7 +163,7 @@ TEST_F(HardDegenerateTest, FilesThatAreNoneAreErrors) {
                                                      {"open.yaml", "name: [a, b"},
                                                      {"half.yaml", std::string(kPlate, 120)}};
   for (const auto& [name, text] : scenes) {
-    EXPECT_EQ(Run({Scene(name, text), OutFlag()}), 2) << name << Stderr();
+    EXPECT_EQ(Run({Write(name, text), OutFlag()}), 2) << name << Stderr();
     EXPECT_THAT(Stderr(), HasSubstr(name + ":"));
     EXPECT_FALSE(std::filesystem::exists(Out())) << name;
   }
@@ -174,7 +174,7 @@ TEST_F(HardDegenerateTest, FilesThatAreNoneAreErrors) {
     EXPECT_EQ(Run({name, OutFlag()}), 2) << name << Stderr();
     EXPECT_THAT(Stderr(), HasSubstr(name + ":"));
   }
-  EXPECT_EQ(Run({Scene("mesh.yaml", kMesh), OutFlag()}), 2) << Stderr();
+  EXPECT_EQ(Run({Write("mesh.yaml", kMesh), OutFlag()}), 2) << Stderr();
   EXPECT_THAT(Stderr(), HasSubstr("mesh.yaml:2: surface.file"));
   EXPECT_FALSE(std::filesystem::exists(Out()));
 }
@@ -192,27 +192,27 @@ TEST_F(HardDegenerateTest, MeshesWithImpossibleNumbersAreErrors) {
                              "v 1 0 x",
                              ""}) {
     std::ofstream(folder_ / "mesh.obj") << With(octahedron, "v 1 0 0", vertex);
-    EXPECT_EQ(Run({Scene("mesh.yaml", kMesh), OutFlag()}), 2) << vertex << Stderr();
+    EXPECT_EQ(Run({Write("mesh.yaml", kMesh), OutFlag()}), 2) << vertex << Stderr();
     EXPECT_THAT(Stderr(), HasSubstr("mesh.yaml:2: surface"));
     EXPECT_FALSE(std::filesystem::exists(Out())) << vertex;
   }
   for (const char* face :
        {"f 1 3 7", "f 0 3 5", "f 1 3", "f 1 3 nan", "f 1 1 5", "f 1 3 99999999999999999999"}) {
     std::ofstream(folder_ / "mesh.obj") << With(octahedron, "f 1 3 5", face);
-    EXPECT_EQ(Run({Scene("mesh.yaml", kMesh), OutFlag()}), 2) << face << Stderr();
+    EXPECT_EQ(Run({Write("mesh.yaml", kMesh), OutFlag()}), 2) << face << Stderr();
     EXPECT_FALSE(std::filesystem::exists(Out())) << face;
   }
   std::ofstream(folder_ / "mesh.obj") << "";
-  EXPECT_EQ(Run({Scene("mesh.yaml", kMesh), OutFlag()}), 2) << Stderr();
+  EXPECT_EQ(Run({Write("mesh.yaml", kMesh), OutFlag()}), 2) << Stderr();
 }
 
 // ---- Absurd loads -------------------------------------------------------------------------------
 
-class AbsurdLoadTest : public ToolTest, public ::testing::WithParamInterface<Named> {};
+class AbsurdLoadTest : public DeformTest, public ::testing::WithParamInterface<Named> {};
 
 // 1e12 times what would be sensible, in the nonlinear theory: it says that it did not get there.
 TEST_P(AbsurdLoadTest, EndsWithADiagnosisAndFiniteResults) {
-  ExpectStatus(1, {Scene("absurd.yaml", GetParam().text), OutFlag(), "--time_limit=2"});
+  ExpectStatus(1, {Write("absurd.yaml", GetParam().text), OutFlag(), "--time_limit=2"});
   EXPECT_THAT(Stderr(), HasSubstr("not converged: ")) << Stderr();
   const nlohmann::ordered_json summary = Summary();
   EXPECT_EQ(summary["converged"], false);
@@ -254,10 +254,10 @@ loads: [{kind: edge, on: u_max, moment: [0, -5.0e13, 0]}]
 // The linear theory has an answer to any load, proportional to it, and a word about it.
 TEST_F(HardDegenerateTest, LinearAnswerBeyondItsTheoryIsSaidToBe) {
   const std::string absurd = With(kPlate, "value: 1}", "value: 1.0e12}");
-  EXPECT_EQ(Run({Scene("absurd.yaml", absurd), OutFlag()}), 0) << Stderr();
+  EXPECT_EQ(Run({Write("absurd.yaml", absurd), OutFlag()}), 0) << Stderr();
   const nlohmann::ordered_json summary = Summary();
   EXPECT_THAT(summary["decisions"].dump(), HasSubstr("takes rotations for small"));
-  EXPECT_EQ(Run({Scene("plate.yaml", kPlate), OutFlag()}), 0) << Stderr();
+  EXPECT_EQ(Run({Write("plate.yaml", kPlate), OutFlag()}), 0) << Stderr();
   EXPECT_EQ(Summary()["decisions"].size(), 0u);
   EXPECT_NEAR(summary["probes"]["centre"]["displacement"]["z"].get<double>() /
                   Summary()["probes"]["centre"]["displacement"]["z"].get<double>(),

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/deform_util.h"
 #include "tests/hard_util.h"
-#include "tests/tool_util.h"
 #include "tests/vtu_util.h"
 
 namespace darboux {
@@ -60,11 +60,11 @@ loads:
   - {kind: traction, force: [0, 0, "-0.004*z/31.25"]}
 )"}};
 
-class HardDeterminismTest : public ToolTest, public ::testing::WithParamInterface<Case> {
+class HardDeterminismTest : public DeformTest, public ::testing::WithParamInterface<Case> {
  protected:
   // All files of a run; the summary without its times.
   std::map<std::string, std::string> Results(const std::string& threads) {
-    EXPECT_EQ(Run({Scene("scene.yaml", GetParam().text), OutFlag(), "--threads=" + threads}), 0)
+    EXPECT_EQ(Run({Write("scene.yaml", GetParam().text), OutFlag(), "--threads=" + threads}), 0)
         << Stderr();
     std::map<std::string, std::string> results;
     for (const std::string& name : FilesIn(Out())) results[name] = ReadFile(Out() / name);

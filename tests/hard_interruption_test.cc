@@ -9,8 +9,8 @@
 #include <string>
 #include <thread>
 
+#include "tests/deform_util.h"
 #include "tests/hard_util.h"
-#include "tests/tool_util.h"
 #include "tests/vtu_util.h"
 
 namespace darboux {
@@ -94,7 +94,7 @@ steps: 5000
 )",
                             true}};
 
-class HardInterruptionTest : public ToolTest, public ::testing::WithParamInterface<Case> {
+class HardInterruptionTest : public DeformTest, public ::testing::WithParamInterface<Case> {
  protected:
   void ExpectMarkedResults(const std::string& reason) const {
     const Json summary = Summary();
@@ -115,7 +115,7 @@ class HardInterruptionTest : public ToolTest, public ::testing::WithParamInterfa
 };
 
 TEST_P(HardInterruptionTest, TimeLimitLeavesTheLastGoodState) {
-  const std::string scene = Scene("scene.yaml", GetParam().text);
+  const std::string scene = Write("scene.yaml", GetParam().text);
   const auto start = std::chrono::steady_clock::now();
   EXPECT_EQ(
       Run({scene, OutFlag(), GetParam().has_steps ? "--time_limit=0.4" : "--time_limit=0.05"}), 1)
@@ -125,7 +125,7 @@ TEST_P(HardInterruptionTest, TimeLimitLeavesTheLastGoodState) {
 }
 
 TEST_P(HardInterruptionTest, InterruptLeavesTheLastGoodState) {
-  const pid_t pid = Start({Scene("scene.yaml", GetParam().text), OutFlag()});
+  const pid_t pid = Start({Write("scene.yaml", GetParam().text), OutFlag()});
   if (GetParam().has_steps) {
     for (int i = 0; i < 6000 && Stderr().find("step ") == std::string::npos; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));

@@ -20,26 +20,6 @@
 namespace darboux {
 namespace {
 
-// m cells around, n across, radii 1 to 2: two boundary loops.
-TriangleMesh Annulus(int m, int n) {
-  TriangleMesh mesh;
-  for (int j = 0; j <= n; ++j) {
-    for (int i = 0; i < m; ++i) {
-      const double angle = 2.0 * M_PI * i / m, r = 1.0 + static_cast<double>(j) / n;
-      mesh.vertices.emplace_back(r * std::cos(angle), r * std::sin(angle), 0.0);
-    }
-  }
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < m; ++i) {
-      const int k = (i + 1) % m;
-      const int a = j * m + i, b = (j + 1) * m + i, c = (j + 1) * m + k, d = j * m + k;
-      mesh.triangles.push_back({a, b, c});
-      mesh.triangles.push_back({a, c, d});
-    }
-  }
-  return mesh;
-}
-
 // A tube around the z axis of regular triangles, radius 1, height 2: no corners.
 TriangleMesh Tube(int m, int n) {
   TriangleMesh mesh = Annulus(m, n);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "geometry/shell_surface.h"
+#include "tests/strain_energy_util.h"
 #include "tests/test_util.h"
 
 namespace darboux {
@@ -99,65 +100,26 @@ TEST_P(MembranePatchTest, AffineMapHasClosedForm) {
 }
 
 TEST_P(MembranePatchTest, EnergyDoesNotDependOnTheFrame) {
-  const Matrix3Xd x = patch_.RandomField(0.2);
-  for (const StrainMeasure measure : AllMeasures()) {
-    const double energy = PatchEnergy<MembraneEnergy>(patch_, measure, material_, x);
-    for (const double turn : {0.4, 1.9, 4.0}) {
-      EXPECT_NEAR(
-          PatchEnergy<MembraneEnergy>(patch_, measure, material_, x, turn) / energy, 1.0, 1e-13);
-    }
-  }
+  ExpectTheSameInAnyFrame<MembraneEnergy>(patch_, material_, 0.2, 1e-13);
 }
 
-// In millimetres, newtons and N/mm^2 the energy comes out in N mm.
 TEST_P(MembranePatchTest, EnergyDoesNotDependOnTheUnits) {
-  LoopPatch millimetres = patch_;
-  millimetres.positions *= 1e3;
-  Material material = material_;
-  material.thickness *= 1e3;
-  material.young_modulus *= 1e-6;
-  const Matrix3Xd x = patch_.RandomField(0.1);
-  for (const StrainMeasure measure : AllMeasures()) {
-    EXPECT_NEAR(1e-3 * PatchEnergy<MembraneEnergy>(millimetres, measure, material, 1e3 * x) /
-                    PatchEnergy<MembraneEnergy>(patch_, measure, material_, x),
-                1.0,
-                1e-14);
-  }
+  ExpectTheSameInMillimetres<MembraneEnergy>(patch_, material_);
 }
 
-// Displacements of 1e-9 of the size: the difference of the energies of u and -u is of third order,
-// their mean is the linear theory's to 1e-16. From positions seven digits would be left.
 TEST_P(MembranePatchTest, TinyDisplacementsKeepTheirDigits) {
-  const Matrix3Xd x = patch_.RandomField(1.0);
-  const double linear = PatchEnergy<MembraneEnergy>(patch_, kLinear, material_, x);
-  const double size = 1e-9;
-  const double up = PatchEnergy<MembraneEnergy>(patch_, kNonlinear, material_, size * x);
-  const double down = PatchEnergy<MembraneEnergy>(patch_, kNonlinear, material_, -size * x);
-  EXPECT_NEAR(0.5 * (up + down) / (size * size) / linear, 1.0, 1e-13);
+  ExpectTinyDisplacementsToKeepTheirDigits<MembraneEnergy>(patch_, material_);
 }
 
 TEST_P(MembranePatchTest, NonlinearTendsToLinear) {
-  const Matrix3Xd x = patch_.RandomField(1.0);
-  const double linear = PatchEnergy<MembraneEnergy>(patch_, kLinear, material_, x);
-  const auto difference = [&](double size) {
-    return std::abs(PatchEnergy<MembraneEnergy>(patch_, kNonlinear, material_, size * x) /
-                        (size * size) / linear -
-                    1.0);
-  };
-  EXPECT_NEAR(std::log10(difference(1e-4) / difference(1e-6)), 2.0, 0.05);
+  ExpectKoiterToTendToLinearKoiter<MembraneEnergy>(patch_, material_);
 }
 
 TEST_P(MembranePatchTest, BlockOfAnElementIsTheSumOfItsPoints) {
-  const StrainPoints points = patch_.Points(3, 6);
-  const VectorXd x = SeededUniform(36, 0.2);
-  const Evaluation block = EvaluateAt(MembraneEnergy(points, kNonlinear, material_, true), x);
-  ASSERT_EQ(block.residuals.size(), 9 * 6);
-  for (int q = 0; q < 6; ++q) {
-    const auto point = std::make_shared<std::vector<StrainPoint>>(1, (*points)[q]);
-    const Evaluation single = EvaluateAt(MembraneEnergy(point, kNonlinear, material_, true), x);
-    EXPECT_EQ(block.residuals.segment(9 * q, 9), single.residuals);
-    EXPECT_EQ(block.jacobian.middleRows(9 * q, 9), single.jacobian);
-  }
+  const auto make = [this](const StrainPoints& points) {
+    return MembraneEnergy(points, kNonlinear, material_, true);
+  };
+  ExpectABlockToBeTheSumOfItsPoints(patch_, make, 9, 0.2);
 }
 
 INSTANTIATE_TEST_SUITE_P(Patches,
@@ -392,23 +354,10 @@ INSTANTIATE_TEST_SUITE_P(Patches,
 // ---------------------------------------------------------------------------------------------
 // Displacements on the exact surface
 
-// Rigid rotations are in the space only approximately; their strain falls at the rate of the fit.
+// The strain of a rotation falls at the rate of the fit.
 TEST(ExactSurfaceTest, SpuriousEnergyOfARotationFallsFast) {
-  const auto energy = [](int divisions) {
-    Patch patch = TorusPatch();
-    patch.domain.divisions = {divisions, divisions};
-    const ShellSurface shell(patch.surface, patch.domain);
-    const Matrix3Xd u = FitRigidMotion(shell, 0.7);
-    double sum = 0.0;
-    for (int e = 0; e < shell.num_elements(); ++e) {
-      const auto points = std::make_shared<std::vector<StrainPoint>>(shell.QuadraturePoints(e, 3));
-      VectorXd x(36);
-      for (int i = 0; i < 12; ++i) x.segment<3>(3 * i) = u.col(shell.control_vertices(e)[i]);
-      sum += Energy(MembraneEnergy(points, StrainMeasure::kKoiter, SampleMaterial()), x);
-    }
-    return sum;
-  };
-  const double coarse = energy(4), fine = energy(8);
+  const double coarse = SpuriousEnergyOfARotation<MembraneEnergy>(4);
+  const double fine = SpuriousEnergyOfARotation<MembraneEnergy>(8);
   const double unit = SampleMaterial().MembraneStiffness();
   EXPECT_LT(coarse, 1e-6 * unit);
   EXPECT_LT(fine, coarse / 30.0);  // strain of third order: energy of sixth, 1 / 64

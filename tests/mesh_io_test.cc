@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "tests/mesh_util.h"
+#include "tests/temporary_folder.h"
 
 namespace darboux {
 namespace {
@@ -220,17 +221,7 @@ TriangleMesh AnyNumbers() {
   return mesh;
 }
 
-class WriterTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) / "darboux_mesh_io_test";
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
-
-  std::filesystem::path folder_;
-};
+using WriterTest = FolderTest;
 
 TEST_F(WriterTest, EveryDoubleComesBackBitForBit) {
   const TriangleMesh mesh = AnyNumbers();

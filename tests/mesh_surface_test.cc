@@ -32,26 +32,6 @@ ShellSurface Sphere(double radius, int frequency) {
   return Through(mesh);
 }
 
-// Radius from 1 to 2 in the plane z = 0.
-TriangleMesh Annulus(int m, int n) {
-  TriangleMesh mesh;
-  for (int j = 0; j <= n; ++j) {
-    for (int i = 0; i < m; ++i) {
-      const double angle = 2.0 * M_PI * i / m, r = 1.0 + static_cast<double>(j) / n;
-      mesh.vertices.emplace_back(r * std::cos(angle), r * std::sin(angle), 0.0);
-    }
-  }
-  for (int j = 0; j < n; ++j) {
-    for (int i = 0; i < m; ++i) {
-      const int k = (i + 1) % m;
-      const int a = j * m + i, b = (j + 1) * m + i, c = (j + 1) * m + k, d = j * m + k;
-      mesh.triangles.push_back({a, b, c});
-      mesh.triangles.push_back({a, c, d});
-    }
-  }
-  return mesh;
-}
-
 // Bumps without symmetry, valences 5 and 6.
 ShellSurface Pebble() {
   TriangleMesh mesh = MakeIcosphere(1.0, 4);

@@ -98,6 +98,26 @@ constexpr double kSlowdown = 20.0;
 constexpr double kSlowdown = 1.0;
 #endif
 
+// m cells around, n across, radii 1 to 2 in the plane z = 0: two boundary loops.
+inline TriangleMesh Annulus(int m, int n) {
+  TriangleMesh mesh;
+  for (int j = 0; j <= n; ++j) {
+    for (int i = 0; i < m; ++i) {
+      const double angle = 2.0 * M_PI * i / m, r = 1.0 + static_cast<double>(j) / n;
+      mesh.vertices.emplace_back(r * std::cos(angle), r * std::sin(angle), 0.0);
+    }
+  }
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < m; ++i) {
+      const int k = (i + 1) % m;
+      const int a = j * m + i, b = (j + 1) * m + i, c = (j + 1) * m + k, d = j * m + k;
+      mesh.triangles.push_back({a, b, c});
+      mesh.triangles.push_back({a, c, d});
+    }
+  }
+  return mesh;
+}
+
 }  // namespace darboux
 
 #endif  // DARBOUX_TESTS_MESH_UTIL_H_

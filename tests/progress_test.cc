@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tests/tool_util.h"
+#include "tests/deform_util.h"
 
 namespace darboux {
 namespace {
@@ -28,7 +28,7 @@ probes:
   - {name: tip, at: {uv: [12, 0.5]}}
 )";
 
-class ProgressTest : public ToolTest {
+class ProgressTest : public DeformTest {
  protected:
   // stderr, which must consist of JSON objects, one a line.
   std::vector<Json> Events() const {
@@ -50,7 +50,7 @@ class ProgressTest : public ToolTest {
 };
 
 TEST_F(ProgressTest, JsonTellsOfEveryStepAndIterationFromStartToDone) {
-  EXPECT_EQ(Run({Scene("strip.yaml", kStrip), OutFlag(), "--log=json"}), 0);
+  EXPECT_EQ(Run({Write("strip.yaml", kStrip), OutFlag(), "--log=json"}), 0);
   const std::vector<Json> events = Events();
   ASSERT_GE(events.size(), 6u);
   EXPECT_EQ(events.front()["event"], "start");
@@ -79,33 +79,33 @@ TEST_F(ProgressTest, JsonTellsOfEveryStepAndIterationFromStartToDone) {
 }
 
 TEST_F(ProgressTest, MistakesAreEventsToo) {
-  EXPECT_EQ(Run({Scene("strip.yaml", kStrip), OutFlag(), "--log=json", "--theori=linear"}), 2);
+  EXPECT_EQ(Run({Write("strip.yaml", kStrip), OutFlag(), "--log=json", "--theori=linear"}), 2);
   std::vector<Json> events = Events();
   ASSERT_EQ(Named(events, "error").size(), 1u);
   EXPECT_THAT(Named(events, "error")[0]["message"], HasSubstr("--theory"));
 
   std::string scene = kStrip;
   scene.replace(scene.find("poisson_ratio: 0"), 16, "poisson_ratio: 7");
-  EXPECT_EQ(Run({Scene("wrong.yaml", scene), OutFlag(), "--log", "json", "--quiet"}), 2);
+  EXPECT_EQ(Run({Write("wrong.yaml", scene), OutFlag(), "--log", "json", "--quiet"}), 2);
   events = Events();
   ASSERT_EQ(Named(events, "error").size(), 1u);
   EXPECT_THAT(Named(events, "error")[0]["message"], HasSubstr("shell.poisson_ratio"));
 
-  EXPECT_EQ(Run({Scene("strip.yaml", kStrip), OutFlag(), "--log=xml"}), 2);
+  EXPECT_EQ(Run({Write("strip.yaml", kStrip), OutFlag(), "--log=xml"}), 2);
   EXPECT_THAT(Stderr(), HasSubstr("--log: found 'xml'; allowed text | json"));
 }
 
 TEST_F(ProgressTest, WithoutATerminalThereAreNoEscapesAndQuietIsQuiet) {
-  EXPECT_EQ(Run({Scene("strip.yaml", kStrip), OutFlag()}), 0);
+  EXPECT_EQ(Run({Write("strip.yaml", kStrip), OutFlag()}), 0);
   EXPECT_THAT(Stderr(), HasSubstr("step 2/2"));
   EXPECT_THAT(Stderr(), Not(HasSubstr("\033")));
-  EXPECT_EQ(Run({Scene("strip.yaml", kStrip), OutFlag(), "--quiet"}), 0);
+  EXPECT_EQ(Run({Write("strip.yaml", kStrip), OutFlag(), "--quiet"}), 0);
   EXPECT_EQ(Stderr(), "");
   EXPECT_EQ(Stdout(), "");
 }
 
 TEST_F(ProgressTest, ATerminalHasALiveLineThatLeavesNothingBehind) {
-  const std::string scene = Scene("strip.yaml", kStrip), out = OutFlag();
+  const std::string scene = Write("strip.yaml", kStrip), out = OutFlag();
   int terminal = -1;
   const pid_t child = forkpty(&terminal, nullptr, nullptr, nullptr);
   ASSERT_GE(child, 0);

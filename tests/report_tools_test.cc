@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/tool_util.h"
+#include "tests/deform_util.h"
 #include "tools/html_report.h"
 
 namespace darboux {
@@ -44,13 +44,12 @@ grasps:
     forces: [{finger: top, value: 0.6, error: 0.02}]
 )";
 
-class ReportToolsTest : public ToolTest {
+class ReportToolsTest : public DeformTest {
  protected:
   void SetUp() override {
-    ToolTest::SetUp();
-    Scene("ball.yaml", kBall);
-    Scene("plate.yaml", kPlate);
-    Scene("ball_calibration.yaml", kCalibration);
+    Write("ball.yaml", kBall);
+    Write("plate.yaml", kPlate);
+    Write("ball_calibration.yaml", kCalibration);
   }
   // The files of the tool are there, with a report that is a page; status 0 or 1: the answer is not
   // what is tested.

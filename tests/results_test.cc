@@ -1,7 +1,6 @@
 #include "solver/results.h"
 
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -30,7 +29,7 @@
 #include "solver/scene_reader.h"
 #include "solver/shell_problem.h"
 #include "solver/shell_solver.h"
-#include "tests/file_util.h"
+#include "tests/temporary_folder.h"
 #include "tests/vtu_util.h"
 
 namespace darboux {
@@ -101,17 +100,8 @@ Solved SolveScene(const Scene& scene) {
   return solved;
 }
 
-// A folder of its own for every test.
-class ResultsTest : public ::testing::Test {
+class ResultsTest : public FolderTest {
  protected:
-  void SetUp() override {
-    const auto* const info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(::testing::TempDir()) /
-              ("darboux_results_" + std::string(info->name()) + "_" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   Results Write(const Solved& solved) {
     Results results;
     std::string error;
@@ -120,8 +110,6 @@ class ResultsTest : public ::testing::Test {
     return results;
   }
   std::string Out() const { return (folder_ / "a" / "b").string(); }
-
-  fs::path folder_;
 };
 
 // ---- Readers of the written files -----------------------------------------------------------
@@ -576,7 +564,6 @@ TEST_F(ResultsTest, RunWithFewerStepsLeavesNoneOfAnEarlierRun) {
 }
 
 TEST_F(ResultsTest, FolderThatCannotBeIsAnErrorAndNothingIsWritten) {
-  fs::create_directories(folder_);
   std::ofstream(folder_ / "file") << "text";
   const Solved solved = SolveScene(SceneOf(kTube));
   Results results;

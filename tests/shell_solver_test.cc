@@ -52,6 +52,15 @@ std::string Replace(std::string text, const std::string& from, const std::string
   return text.replace(at, from.size(), to);
 }
 
+// What is said about a scene that cannot be posed.
+std::string RefusalOf(const Scene& scene) {
+  std::unique_ptr<ShellProblem> problem;
+  SolverSummary summary;
+  std::string error;
+  EXPECT_FALSE(Solve(scene, SolverOptions(), &problem, &summary, &error));
+  return error;
+}
+
 const EffectSummary& EffectNamed(const SolverSummary& summary, const std::string& name) {
   for (const EffectSummary& effect : summary.effects) {
     if (effect.name == name) return effect;
@@ -266,10 +275,7 @@ supports:
 loads:
   - {kind: point, at: {uv: [2, 1]}, force: [1, 0, 0]}
 )";
-  std::unique_ptr<ShellProblem> problem;
-  SolverSummary summary;
-  std::string error;
-  EXPECT_FALSE(Solve(SceneFromText(kNoSupports), SolverOptions(), &problem, &summary, &error));
+  const std::string error = RefusalOf(SceneFromText(kNoSupports));
   EXPECT_THAT(error, HasSubstr("translation along x"));
   EXPECT_THAT(error, HasSubstr("test.yaml"));
 }
@@ -482,11 +488,8 @@ probes:
 }
 
 TEST(ShellSolverTest, SideThatIsNoMirrorPlaneIsRefused) {
-  std::unique_ptr<ShellProblem> problem;
-  SolverSummary summary;
-  std::string error;
-  const Scene scene = SceneFromText(Replace(kCylinder, "symmetry: y", "symmetry: [0, 1, 1]"));
-  EXPECT_FALSE(Solve(scene, SolverOptions(), &problem, &summary, &error));
+  const std::string error =
+      RefusalOf(SceneFromText(Replace(kCylinder, "symmetry: y", "symmetry: [0, 1, 1]")));
   EXPECT_THAT(error, HasSubstr("test.yaml:9: supports[2]"));
   EXPECT_THAT(error, HasSubstr("mirror symmetry"));
 }
@@ -586,10 +589,7 @@ probes:
 TEST(ShellSolverTest, SceneBeyondTheMemoryIsRefused) {
   Scene scene = SceneFromText(kPlate);
   scene.surface.divisions = {300000, 300000};
-  std::unique_ptr<ShellProblem> problem;
-  SolverSummary summary;
-  std::string error;
-  EXPECT_FALSE(Solve(scene, SolverOptions(), &problem, &summary, &error));
+  const std::string error = RefusalOf(scene);
   EXPECT_THAT(error, HasSubstr("surface.divisions"));
   EXPECT_THAT(error, HasSubstr("GiB"));
 }

@@ -15,7 +15,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
-#include "tests/file_util.h"
+#include "tests/temporary_folder.h"
 
 namespace darboux {
 namespace {
@@ -57,28 +57,18 @@ std::string Letters(const std::string& text) {
   return letters;
 }
 
-class ToolHelpTest : public ::testing::TestWithParam<const char*> {
+class ToolHelpTest : public FolderTest, public ::testing::WithParamInterface<const char*> {
  protected:
-  void SetUp() override {
-    std::string name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    for (char& c : name) c = c == '/' ? '_' : c;
-    folder_ = fs::path(::testing::TempDir()) /
-              ("tool_help_" + name + "_" + GetParam() + "_" + std::to_string(getpid()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-    fs::create_directory_symlink(DARBOUX_DATA_DIR, folder_ / "data");
-  }
-  void TearDown() override { fs::remove_all(folder_); }
+  void SetUp() override { fs::create_directory_symlink(DARBOUX_DATA_DIR, folder_ / "data"); }
 
   // Exit status of a command of the shell, which finds the tools.
   int Run(const std::string& command) {
-    const std::string line = "cd '" + folder_.string() +
-                             "' && PATH=\"" DARBOUX_TOOLS_DIR
-                             ":$PATH\" && OPENBLAS_NUM_THREADS=1 && export PATH "
-                             "OPENBLAS_NUM_THREADS && { " +
-                             command + "\n} >stdout 2>stderr";
-    const int status = std::system(line.c_str());
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    return RunCommand(folder_,
+                      "PATH=\"" DARBOUX_TOOLS_DIR
+                      ":$PATH\" && OPENBLAS_NUM_THREADS=1 && export PATH OPENBLAS_NUM_THREADS && "
+                      "{ " +
+                          command + "\n}")
+        .status;
   }
   std::string Stdout() const { return ReadFile(folder_ / "stdout"); }
   std::string Stderr() const { return ReadFile(folder_ / "stderr"); }
@@ -110,8 +100,6 @@ class ToolHelpTest : public ::testing::TestWithParam<const char*> {
     close(master);
     return text;
   }
-
-  fs::path folder_;
 };
 
 TEST_P(ToolHelpTest, SaysEverythingInEightyColumns) {

@@ -100,13 +100,9 @@ constexpr Tool kTool = {
     "status is 1. The second one ends the process.",
     kExamples};
 
-void PrintError(const std::string& message) { progress::Error(message); }
-
 bool StudyOptionsFromFlags(StudyOptions* options, std::string* error) {
   const auto fail = [error](const char* flag, const std::string& allowed) {
-    *error = "--" + std::string(flag) + ": found '" +
-             gflags::GetCommandLineFlagInfoOrDie(flag).current_value + "'; allowed " + allowed;
-    return false;
+    return FailFlag(flag, allowed, error);
   };
   if (!SolverOptionsFromFlags(&options->solver, error)) return false;
   if (!FLAGS_sweep.empty() && !ParseStudyAxes(FLAGS_sweep, &options->plan.axes, error)) {
@@ -114,10 +110,12 @@ bool StudyOptionsFromFlags(StudyOptions* options, std::string* error) {
     return false;
   }
   if (FLAGS_levels < 0 || FLAGS_levels > 12) return fail("levels", "an integer from 1 to 12");
-  if (FLAGS_repeats < 1 || FLAGS_repeats > 1000)
+  if (FLAGS_repeats < 1 || FLAGS_repeats > 1000) {
     return fail("repeats", "an integer from 1 to 1000");
-  if (!(FLAGS_max_dof >= 1.0) || !std::isfinite(FLAGS_max_dof))
+  }
+  if (!(FLAGS_max_dof >= 1.0) || !std::isfinite(FLAGS_max_dof)) {
     return fail("max_dof", "a number >= 1");
+  }
   if (!(FLAGS_target >= 0.0 && FLAGS_target < 1.0)) return fail("target", "a number in (0, 1)");
   if (FLAGS_reference != "auto" && FLAGS_reference != "richardson") {
     return fail("reference", "auto | richardson");
@@ -176,14 +174,8 @@ int Run(int argc, char** argv) {
   StudyOptions options;
   std::string error;
   if (!StudyOptionsFromFlags(&options, &error) ||
-      !ReadSceneWithFlags(arguments[0], &scene, &error) ||
-      !ApplyFlags(&scene, &overridden, &error)) {
-    PrintError(error);
-    return kExitBadInput;
-  }
-  if (!IsWritableFolder(FLAGS_out, &error)) {
-    PrintError("--out: found " + error + "; allowed a folder that can be written to");
-    return kExitBadInput;
+      !ReadSceneWithFlags(arguments[0], &scene, &overridden, &error) || !CheckOut(&error)) {
+    return BadInput(error);
   }
   const double target = FLAGS_target > 0.0 ? FLAGS_target : scene.model.accuracy.value_or(0.0);
   std::vector<double>& targets = options.targets;
@@ -211,17 +203,11 @@ int Run(int argc, char** argv) {
     progress::Say("run", fields, line);
   };
   Study study;
-  if (!RunStudy(scene, options, &study, &error)) {
-    PrintError(error);
-    return kExitBadInput;
-  }
+  if (!RunStudy(scene, options, &study, &error)) return BadInput(error);
   std::vector<NamedFile> more;
   if (FLAGS_report)
     more.push_back({kReportFile, MakeReportHtml(MakeStudyReport(scene, options, study))});
-  if (!WriteStudy(FLAGS_out, study, &error, more)) {
-    PrintError(error);
-    return kExitNotConverged;
-  }
+  if (!WriteStudy(FLAGS_out, study, &error, more)) return NotDone(error);
   if (!FLAGS_quiet) {
     std::printf("%s", StudyReport(study).c_str());
     std::printf("results in %s: accuracy.csv, accuracy.json, accuracy.svg%s\n",
@@ -229,14 +215,8 @@ int Run(int argc, char** argv) {
                 FLAGS_report ? ", report.html" : "");
     std::fflush(stdout);
   }
-  if (study.stopped) {
-    PrintError("interrupted");
-    return kExitNotConverged;
-  }
-  if (!study.established) {
-    PrintError("no errors: reference " + study.reference.method);
-    return kExitNotConverged;
-  }
+  if (study.stopped) return NotDone("interrupted");
+  if (!study.established) return NotDone("no errors: reference " + study.reference.method);
   return kExitDone;
 }
 

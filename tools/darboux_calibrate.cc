@@ -79,8 +79,6 @@ constexpr Tool kTool = {
     kExamples,
     /*without_flags=*/"repair"};
 
-void PrintError(const std::string& message) { progress::Error(message); }
-
 int Run(int argc, char** argv) {
   std::vector<std::string> arguments;
   int exit_status = kExitBadInput;
@@ -89,30 +87,20 @@ int Run(int argc, char** argv) {
   CalibrationOptions options;
   ExportOptions exports;
   std::string error;
-  if (!ParseExports(FLAGS_export, false, &exports, &error)) {
-    PrintError("--export: " + error);
-    return kExitBadInput;
-  }
+  if (!ParseExports(FLAGS_export, false, &exports, &error)) return BadInput("--export: " + error);
   if (!SolverOptionsFromFlags(&options.solver, &error) ||
       !ReadCalibration(arguments[0], &spec, &error)) {
-    PrintError(error);
-    return kExitBadInput;
+    return BadInput(error);
   }
   if (FLAGS_bootstrap >= 0) spec.bootstrap = FLAGS_bootstrap;
   for (CalibrationSpec::Grasp& grasp : spec.grasps) {
     std::vector<std::string> overridden;
-    if (!ApplyFlags(&grasp.scene, &overridden, &error)) {
-      PrintError(error);
-      return kExitBadInput;
-    }
+    if (!ApplyFlags(&grasp.scene, &overridden, &error)) return BadInput(error);
     for (const std::string& flag : overridden) {
       if (flag == "--theory") spec.theory = Theory::kAuto;  // now that of the scenes
     }
   }
-  if (!IsWritableFolder(FLAGS_out, &error)) {
-    PrintError("--out: found " + error + "; allowed a folder that can be written to");
-    return kExitBadInput;
-  }
+  if (!CheckOut(&error)) return BadInput(error);
   options.solver.stop = StopOnSignal();
   progress::Watch(false, "", &options.solver);
   // A line of its own is for what the calibration does, not for each step of each of its solves.
@@ -134,12 +122,9 @@ int Run(int argc, char** argv) {
   };
   CalibrationSummary summary;
   std::vector<std::unique_ptr<StateModel>> models;
-  if (!Calibrate(spec, options, &summary, &models, &error)) {
-    PrintError(error);
-    return kExitBadInput;
-  }
+  if (!Calibrate(spec, options, &summary, &models, &error)) return BadInput(error);
   for (const std::unique_ptr<StateModel>& model : models) {
-    if (!model->Settle(&error)) PrintError(error);
+    if (!model->Settle(&error)) progress::Error(error);
   }
   MoreFiles more;
   if (FLAGS_report) {
@@ -150,8 +135,7 @@ int Run(int argc, char** argv) {
     };
   }
   if (!WriteCalibration(FLAGS_out, spec, summary, models, exports, &error, more)) {
-    PrintError(error);
-    return kExitNotConverged;
+    return NotDone(error);
   }
   if (!FLAGS_quiet) {
     std::printf("%s: %s", spec.name.c_str(), summary.FullReport().c_str());
@@ -162,7 +146,7 @@ int Run(int argc, char** argv) {
   }
   exit_status = kExitDone;
   const auto complain = [&exit_status](const std::string& message) {
-    PrintError(message);
+    progress::Error(message);
     exit_status = kExitNotConverged;
   };
   if (!summary.IsConverged()) complain(summary.message);

@@ -99,8 +99,6 @@ constexpr Tool kTool = {
     "as not converged, and the exit status is 1. The second one ends the process.",
     kExamples};
 
-void PrintError(const std::string& message) { progress::Error(message); }
-
 std::string FormatLevel(const AccuracyLevel& level) {
   char estimate[32] = "        -";
   if (level.estimate) std::snprintf(estimate, sizeof(estimate), "%9.2e", *level.estimate);
@@ -180,14 +178,8 @@ int ExportOnly(const Scene& scene, const ExportOptions& exports, int num_threads
   std::vector<NamedFile> files;
   std::vector<std::string> remarks;
   std::string error;
-  if (!ExportScene(scene, exports, num_threads, &files, &remarks, &error)) {
-    PrintError(error);
-    return kExitBadInput;
-  }
-  if (!WriteFiles(FLAGS_out, files, &error)) {
-    PrintError(error);
-    return kExitNotConverged;
-  }
+  if (!ExportScene(scene, exports, num_threads, &files, &remarks, &error)) return BadInput(error);
+  if (!WriteFiles(FLAGS_out, files, &error)) return NotDone(error);
   PrintRemarks(remarks);
   if (!FLAGS_quiet) std::printf("%s: shell.inp in %s\n", scene.name.c_str(), FLAGS_out.c_str());
   return kExitDone;
@@ -202,16 +194,9 @@ int Run(int argc, char** argv) {
   ExportOptions exports;
   std::string error;
   if (!SolverOptionsFromFlags(&options, &error) ||
-      !ReadSceneWithFlags(arguments[0], &scene, &error) ||
-      !ApplyFlags(&scene, &overridden, &error) ||
-      !ExportOptionsFromFlags(scene, &exports, &error)) {
-    PrintError(error);
-    return kExitBadInput;
-  }
-  // Before the time is spent on solving.
-  if (!IsWritableFolder(FLAGS_out, &error)) {
-    PrintError("--out: found " + error + "; allowed a folder that can be written to");
-    return kExitBadInput;
+      !ReadSceneWithFlags(arguments[0], &scene, &overridden, &error) ||
+      !ExportOptionsFromFlags(scene, &exports, &error) || !CheckOut(&error)) {
+    return BadInput(error);
   }
 
   if (FLAGS_export_only) return ExportOnly(scene, exports, options.num_threads);
@@ -231,18 +216,14 @@ int Run(int argc, char** argv) {
   } else {
     posed = Solve(scene, options, &problem, &summary, &error);
   }
-  if (!posed) {
-    PrintError(error);
-    return kExitBadInput;
-  }
+  if (!posed) return BadInput(error);
 
   Results results;
   std::vector<NamedFile> exported;
   std::vector<std::string> remarks;
   if (!MakeFieldExports(*problem, exports, ExportStatesOf(summary), {}, &exported, &error) ||
       !MakeInpExport(*problem, exports, &summary, &exported, &remarks, &error)) {
-    PrintError(error);
-    return kExitNotConverged;
+    return NotDone(error);
   }
   const MoreFiles more = [&](const nlohmann::ordered_json& json) {
     if (FLAGS_report) {
@@ -253,8 +234,7 @@ int Run(int argc, char** argv) {
   };
   if (!WriteResults(
           FLAGS_out, *problem, summary, refines ? &accuracy : nullptr, &results, &error, more)) {
-    PrintError(error);
-    return kExitNotConverged;
+    return NotDone(error);
   }
   PrintRemarks(remarks);
 
@@ -280,7 +260,7 @@ int Run(int argc, char** argv) {
   // What is wrong, in one line each; these are all that --quiet lets through.
   exit_status = kExitDone;
   const auto complain = [&exit_status](const std::string& message) {
-    PrintError(message);
+    progress::Error(message);
     exit_status = kExitNotConverged;
   };
   if (!results.converged) {

@@ -115,8 +115,6 @@ constexpr Tool kTool = {
     "converged, and the exit status is 1. The second one ends the process.",
     kExamples};
 
-void PrintError(const std::string& message) { progress::Error(message); }
-
 bool OptionsFromFlags(ScanFitOptions* options, std::string* error) {
   if (FLAGS_scan.empty()) {
     *error = "--scan: found no file; allowed the file of a scan";
@@ -172,28 +170,17 @@ int Run(int argc, char** argv) {
   std::string error;
   ExportOptions exports;
   exports.numbered = false;
-  if (!ParseExports(FLAGS_export, false, &exports, &error)) {
-    PrintError("--export: " + error);
-    return kExitBadInput;
-  }
+  if (!ParseExports(FLAGS_export, false, &exports, &error)) return BadInput("--export: " + error);
   if (!OptionsFromFlags(&options, &error) || !SolverOptionsFromFlags(&options.solver, &error) ||
-      !ReadSceneWithFlags(arguments[0], &scene, &error) ||
-      !ApplyFlags(&scene, &overridden, &error) || !ReadPointCloud(FLAGS_scan, &scan, &error)) {
-    PrintError(error);
-    return kExitBadInput;
-  }
-  if (!IsWritableFolder(FLAGS_out, &error)) {
-    PrintError("--out: found " + error + "; allowed a folder that can be written to");
-    return kExitBadInput;
+      !ReadSceneWithFlags(arguments[0], &scene, &overridden, &error) ||
+      !ReadPointCloud(FLAGS_scan, &scan, &error) || !CheckOut(&error)) {
+    return BadInput(error);
   }
   options.solver.stop = StopOnSignal();
   progress::Watch(false, "", &options.solver);
   options.on_iteration = SayIteration;
   ScanFit fit;
-  if (!FitScan(scene, scan.points, FLAGS_scan, options, &fit, &error)) {
-    PrintError(error);
-    return kExitBadInput;
-  }
+  if (!FitScan(scene, scan.points, FLAGS_scan, options, &fit, &error)) return BadInput(error);
   std::vector<NamedFile> files = ScanFitFiles(fit, scan.points);
   if (FLAGS_report) {
     const Report page = MakeFitReport(fit, scan.points);
@@ -210,14 +197,10 @@ int Run(int argc, char** argv) {
                           fields,
                           &files,
                           &error)) {
-      PrintError(error);
-      return kExitNotConverged;
+      return NotDone(error);
     }
   }
-  if (!WriteFiles(FLAGS_out, files, &error)) {
-    PrintError(error);
-    return kExitNotConverged;
-  }
+  if (!WriteFiles(FLAGS_out, files, &error)) return NotDone(error);
   if (!FLAGS_quiet) {
     std::printf("%s: %s", scene.name.c_str(), fit.report.c_str());
     std::printf("results in %s: %zu files, fit.json%s\n",
@@ -227,8 +210,7 @@ int Run(int argc, char** argv) {
     std::fflush(stdout);
   }
   if (fit.converged) return kExitDone;
-  PrintError(fit.verdict);
-  return kExitNotConverged;
+  return NotDone(fit.verdict);
 }
 
 }  // namespace

@@ -9,37 +9,24 @@
 // Exit status: 0 written; 1 the scene's solution has not converged or was interrupted, or files
 // cannot be written; 2 bad input. Nothing is written unless all is.
 
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
-#include "geometry/first_touch.h"
-#include "geometry/mesh_io.h"
 #include "geometry/point_cloud.h"
 #include "geometry/scan_simulator.h"
-#include "geometry/shell_face.h"
-#include "geometry/surface_of_revolution.h"
-#include "geometry/text_file.h"
-#include "solver/accuracy.h"
 #include "solver/file_set.h"
-#include "solver/report_view.h"
-#include "solver/results.h"
-#include "solver/scan_results.h"
-#include "solver/scanned_state.h"
-#include "solver/shell_solver.h"
 #include "tools/html_report.h"
 #include "tools/progress.h"
+#include "tools/scan_target.h"
+#include "tools/scan_truth.h"
 #include "tools/solver_flags.h"
 
 DEFINE_string(unit,
@@ -196,27 +183,6 @@ constexpr Tool kTool = {
     "solved; nothing is written.",
     kExamples};
 
-void PrintError(const std::string& message) { progress::Error(message); }
-
-std::string Ending(const std::string& file) {
-  std::string ending = fs::path(file).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) {
-    return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
-  });
-  return ending;
-}
-
-bool IsScene(const std::string& file) {
-  const std::string ending = Ending(file);
-  return ending == ".yaml" || ending == ".yml";
-}
-
-bool FailFlag(const char* flag, const std::string& allowed, std::string* error) {
-  *error = "--" + std::string(flag) + ": found '" +
-           gflags::GetCommandLineFlagInfoOrDie(flag).current_value + "'; allowed " + allowed;
-  return false;
-}
-
 bool CheckChoice(const char* flag, const std::vector<std::string>& allowed, std::string* error) {
   const std::string value = gflags::GetCommandLineFlagInfoOrDie(flag).current_value;
   if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return true;
@@ -299,243 +265,6 @@ bool OptionsFromFlags(bool is_scene, ScanOptions* options, std::string* error) {
   return false;
 }
 
-struct Target {
-  ScanSurface surface;
-  std::vector<Occluder> occluders;
-  double thickness = 0.0;                 // 0: the file is the face
-  Json solution = nullptr;                // of a scene: what was solved
-  std::unique_ptr<ShellProblem> problem;  // whose surface is scanned
-  SolverSummary summary;                  // up to the state that is scanned
-  Scene scene;                            // of a file: that of --scene
-  std::vector<PlacedFinger> fingers;      // of it
-};
-
-// The exit status.
-int SolveScene(const std::string& file, Target* target, std::string* error) {
-  Scene scene;
-  SolverOptions options;
-  std::vector<std::string> overridden;
-  if (!SolverOptionsFromFlags(&options, error) || !ReadSceneWithFlags(file, &scene, error) ||
-      !ApplyFlags(&scene, &overridden, error)) {
-    return kExitBadInput;
-  }
-  options.stop = StopOnSignal();
-  progress::Watch(!scene.model.accuracy.has_value(), "", &options);
-  SolverSummary summary;
-  AccuracyReport accuracy;
-  const bool posed =
-      scene.model.accuracy
-          ? SolveToAccuracy(
-                scene, options, AccuracyOptions(), &target->problem, &summary, &accuracy, error)
-          : Solve(scene, options, &target->problem, &summary, error);
-  // From here on the first signal ends the tool: nothing is written until all is there.
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
-  if (!posed) return kExitBadInput;
-  if (options.stop->load()) {
-    *error = "interrupted, nothing is scanned";
-    return kExitNotConverged;
-  }
-  if (!summary.IsConverged() || summary.steps.empty()) {
-    *error = "not converged, nothing is scanned: " + summary.message;
-    return kExitNotConverged;
-  }
-  if (scene.model.accuracy && !accuracy.reached) {
-    *error = "model.accuracy is not reached, nothing is scanned: " + accuracy.message;
-    return kExitNotConverged;
-  }
-  const int num_steps = static_cast<int>(summary.steps.size());
-  if (FLAGS_state > num_steps) {
-    FailFlag("state", "1 to " + std::to_string(num_steps) + ", or 0 for the last", error);
-    return kExitBadInput;
-  }
-  // The summary of this state.
-  if (FLAGS_state > 0) summary.steps.resize(static_cast<std::size_t>(FLAGS_state));
-  const LoadStep& step = summary.steps.back();
-  if (!step.converged || !step.displacements.allFinite()) {
-    *error = "load step " + std::to_string(summary.steps.size()) +
-             " has not converged, nothing is scanned";
-    return kExitNotConverged;
-  }
-  target->thickness = scene.shell.thickness;
-  target->surface =
-      ScannedFace(*target->problem,
-                  step,
-                  FLAGS_sampling == "vertices" ? ScanSampling::kVertices : ScanSampling::kArea);
-  if (!FingersOf(scene, step, &target->occluders, error)) return kExitBadInput;
-  target->summary = summary;
-  const Json all = MakeSummaryJson(scene, summary, nullptr);
-  Json& solution = target->solution = Json::object();
-  solution["name"] = scene.name;
-  solution["state"] = num_steps == 0 ? 0 : static_cast<int>(summary.steps.size());
-  solution["states"] = num_steps;
-  solution["load_factor"] = step.factor;
-  solution["young_modulus"] = scene.shell.young_modulus;
-  solution["poisson_ratio"] = scene.shell.poisson_ratio;
-  solution["max_displacement"] = step.max_displacement;
-  for (const char* key : {"theory", "dof", "fingers", "gas"}) solution[key] = all[key];
-  solution["overridden"] = overridden;
-  return kExitDone;
-}
-
-// Twice the number of triangles is that of directed edges; each has its opposite, once.
-bool IsClosed(const TriangleMesh& mesh) {
-  std::map<std::pair<int, int>, int> count;
-  for (const std::array<int, 3>& t : mesh.triangles) {
-    for (std::size_t k = 0; k < 3; ++k) ++count[{t[k], t[(k + 1) % 3]}];
-  }
-  return std::all_of(count.begin(), count.end(), [&](const auto& edge) {
-    const auto opposite = count.find({edge.first.second, edge.first.first});
-    return edge.second == 1 && opposite != count.end() && opposite->second == 1;
-  });
-}
-
-double Volume(const TriangleMesh& mesh) {
-  double volume = 0.0;
-  const Eigen::Vector3d origin = mesh.vertices[0];
-  for (const std::array<int, 3>& t : mesh.triangles) {
-    std::array<Eigen::Vector3d, 3> x;
-    for (std::size_t k = 0; k < 3; ++k) {
-      x[k] = mesh.vertices[static_cast<std::size_t>(t[k])] - origin;
-    }
-    volume += x[0].dot(x[1].cross(x[2])) / 6.0;
-  }
-  return volume;
-}
-
-bool ReadSurface(const std::string& file, Target* target, std::string* error) {
-  const auto fail = [&](const std::string& what) {
-    *error = file + ":0: found " + what;
-    return false;
-  };
-  Scene& scene = target->scene;
-  if (!FLAGS_scene.empty()) {
-    if (!ReadSceneWithFlags(FLAGS_scene, &scene, error)) return false;
-    target->thickness = scene.shell.thickness;
-  }
-  if (IsGiven("thickness")) target->thickness = FLAGS_thickness;
-  const double offset = 0.5 * target->thickness;
-
-  // As points first, which checks that they are finite and normals that they are unit.
-  PointCloud cloud;
-  if (!ReadPointCloud(file, &cloud, error)) return false;
-  const bool moves = !cloud.displacements.empty();
-  for (std::size_t i = 0; i < cloud.displacements.size(); ++i) {
-    cloud.points[i] += cloud.displacements[i];
-  }
-  if (moves) cloud.normals.clear();  // Those are at rest.
-  TriangleMesh mesh;
-  VertexVectors unused;
-  const std::string ending = Ending(file);
-  const bool is_table = ending == ".csv" || ending == ".txt" || ending == ".xyz";
-  if (!is_table && !ReadVertices(file, &mesh, &unused, error)) return false;
-  if (FLAGS_revolve > 0) {
-    if (!is_table) {
-      return FailFlag("revolve", "with the points of a .csv, .txt or .xyz file", error);
-    }
-    std::string trouble;
-    if (!Revolve(cloud.points, FLAGS_revolve, &mesh, &trouble)) {
-      *error = file + ":0: " + trouble;
-      return false;
-    }
-    // A profile may be written from either end.
-    if (IsClosed(mesh) && Volume(mesh) < 0.0) {
-      for (std::array<int, 3>& t : mesh.triangles) std::swap(t[1], t[2]);
-    }
-    cloud = PointCloud();
-    cloud.points = mesh.vertices;
-  }
-  if (!FLAGS_faces.empty()) {
-    if (!mesh.triangles.empty()) {
-      return FailFlag("faces", "with points; " + file + " has faces", error);
-    }
-    if (!ReadVertices(FLAGS_faces, &mesh, &unused, error)) {
-      *error = "--faces: " + *error;
-      return false;
-    }
-    if (mesh.triangles.empty() || mesh.vertices.size() != cloud.points.size()) {
-      *error = "--faces: " + FLAGS_faces + ":0: found " + std::to_string(mesh.triangles.size()) +
-               " triangles and " + std::to_string(mesh.vertices.size()) +
-               " vertices; allowed a mesh with as many vertices as " + file + " has points, " +
-               std::to_string(cloud.points.size());
-      return false;
-    }
-  }
-  if (!mesh.triangles.empty()) {
-    mesh.vertices = cloud.points;
-    // Vertices of no face would count for the extent.
-    std::vector<int> index(mesh.vertices.size(), -1);
-    for (const std::array<int, 3>& t : mesh.triangles) {
-      for (const int v : t) index[static_cast<std::size_t>(v)] = 0;
-    }
-    TriangleMesh used;
-    std::vector<Eigen::Vector3d> normals;
-    for (std::size_t v = 0; v < index.size(); ++v) {
-      if (index[v] < 0) continue;
-      index[v] = static_cast<int>(used.vertices.size());
-      used.vertices.push_back(mesh.vertices[v]);
-      if (!cloud.normals.empty()) normals.push_back(cloud.normals[v]);
-    }
-    used.triangles = std::move(mesh.triangles);
-    for (std::array<int, 3>& t : used.triangles) {
-      for (int& v : t) v = index[static_cast<std::size_t>(v)];
-    }
-    if (IsClosed(used) && Volume(used) < 0.0) {
-      return fail(
-          "a closed mesh wound inwards; allowed triangles that are counterclockwise seen "
-          "from outside");
-    }
-    target->surface = ScanSurfaceOf(std::move(used), std::move(normals), offset);
-    if (FLAGS_sampling == "vertices") ScanVertices(&target->surface);
-  } else {
-    if (offset > 0.0 && cloud.normals.empty()) {
-      return fail(moves ? "displaced points without faces and a thickness; allowed a mesh, or "
-                          "--thickness=0"
-                        : "points without normals or faces and a thickness; allowed normals, a "
-                          "mesh, or --thickness=0");
-    }
-    for (std::size_t i = 0; i < cloud.points.size(); ++i) {
-      FacePoint point{cloud.points[i], Eigen::Vector3d::Zero()};
-      if (!cloud.normals.empty()) point.normal = cloud.normals[i];
-      point.position += offset * point.normal;
-      target->surface.points.push_back(point);
-    }
-  }
-
-  std::vector<Eigen::Vector3d> face = target->surface.mesh.vertices;
-  for (const FacePoint& point : target->surface.points) face.push_back(point.position);
-  for (const FingerSpec& spec : scene.fingers) {
-    if (spec.shape == FingerSpec::Shape::kPin) continue;
-    Occluder body;
-    body.shape = MakeFinger(spec, &body.pose, error);
-    if (body.shape == nullptr) return false;
-    const Eigen::Vector3d direction(spec.direction[0], spec.direction[1], spec.direction[2]);
-    Touch touch;
-    if (!FirstTouch(*body.shape, body.pose, direction, face, 0.0, &touch)) {
-      *error = spec.location.file + ":" + std::to_string(spec.location.line) + ": " +
-               spec.location.key + ": found a finger that never touches " + file +
-               " along its direction; allowed is the scene that the file belongs to";
-      return false;
-    }
-    body.pose.position += touch.shift * direction;
-    target->occluders.push_back(std::move(body));
-    target->fingers.push_back({&spec, touch.shift});
-  }
-  return true;
-}
-
-Json ToJson(const Eigen::Vector3d& x) { return {x.x(), x.y(), x.z()}; }
-
-Json PoseToJson(const RigidPose& pose) {
-  Json matrix = Json::array();
-  const Eigen::Matrix3d rotation = pose.rotation.toRotationMatrix();
-  for (int i = 0; i < 3; ++i) matrix.push_back(ToJson(Eigen::Vector3d(rotation.row(i))));
-  return {{"rotation", matrix},
-          {"quaternion_wxyz",
-           {pose.rotation.w(), pose.rotation.x(), pose.rotation.y(), pose.rotation.z()}},
-          {"translation", ToJson(pose.translation)}};
-}
-
 void RoundTo(int digits, PointCloud* cloud) {
   for (Eigen::Vector3d& x : cloud->points) {
     for (double& value : x) {
@@ -571,112 +300,34 @@ Json SettingsJson(const ScanOptions& options, const Scan& scan) {
           {"state", FLAGS_state}};
 }
 
-std::string TruthCsv(const Scan& scan) {
-  std::string text =
-      "# points of the face in the model's frame; outlier: 0 none, 1 spike, 2 stray (where it "
-      "is);\n"
-      "# noise: along the ray from the viewpoint; bias: along the normal or the ray\n"
-      "x,y,z,outlier,view,noise,bias\n";
-  for (const ScanTruth& truth : scan.truth) {
-    AppendNumbers(truth.face.position, ',', &text);
-    text += ',' + std::to_string(static_cast<int>(truth.outlier)) + ',' +
-            std::to_string(truth.view) + ',';
-    AppendNumber(truth.noise, &text);
-    text += ',';
-    AppendNumber(truth.bias, &text);
-    text += '\n';
-  }
-  return text;
-}
-
-// Triangles of which all vertices are scanned, and none is a stray.
-std::vector<std::array<int, 3>> FacesOf(const ScanSurface& surface, const Scan& scan) {
-  std::vector<std::array<int, 3>> faces;
-  if (surface.points.size() != surface.mesh.vertices.size()) return faces;
-  std::vector<int> index(surface.points.size(), -1);
-  for (std::size_t i = 0; i < scan.truth.size(); ++i) {
-    if (scan.truth[i].outlier == OutlierKind::kStray) continue;
-    index[static_cast<std::size_t>(scan.truth[i].number)] = static_cast<int>(i);
-  }
-  for (std::array<int, 3> t : surface.mesh.triangles) {
-    for (int& v : t) v = index[static_cast<std::size_t>(v)];
-    if (*std::min_element(t.begin(), t.end()) >= 0) faces.push_back(t);
-  }
-  return faces;
-}
-
-// The surface with the scan beside it, in the frame of the surface, and what is wrong about each
-// point: its distance from where it should be, along the normal where there is one.
-Report MakeScanReport(const std::string& name,
-                      const Target& target,
-                      const Scan& scan,
-                      const Json& truth) {
-  std::vector<Eigen::Vector3d> points;
-  std::vector<double> errors;
-  std::vector<ShellFace::Foot> feet(scan.truth.size());
-  std::vector<char> counts;
-  for (std::size_t i = 0; i < scan.truth.size(); ++i) {
-    const ScanTruth& at = scan.truth[i];
-    points.push_back(scan.model_from_scan * scan.cloud.points[i]);
-    const Eigen::Vector3d way = points.back() - at.face.position;
-    const bool has_normal = at.face.normal.squaredNorm() > 0.0;
-    errors.push_back(has_normal ? way.dot(at.face.normal) : way.norm());
-    if (at.outlier == OutlierKind::kStray) errors.back() = std::nan("");
-    feet[i].position = at.face.position;
-    counts.push_back(at.outlier == OutlierKind::kNone ? 1 : 0);
-  }
-  const ReportCloud cloud = MakeCloud("scan", "error of the scan", points, errors);
-  Report report = MakeReport(kTool.name, name);
-  report.header["documents"]["truth"] = truth;
-  if (!FLAGS_unit.empty()) report.header["units"] = {{"length", FLAGS_unit}};
-  if (target.problem == nullptr) {
-    AddMeshView(name, target.surface.mesh, target.fingers, {cloud}, &report);
-    return report;
-  }
-  const Scene& scene = target.problem->scene();
-  ReportShape shape;
-  shape.title = scene.name;
-  shape.problem = target.problem.get();
-  shape.states = StatesOf(target.summary);
-  shape.clouds = {cloud};
-  ShellFace face(target.problem->surface(), 0.5 * target.thickness);
-  face.SetDisplacements(target.summary.steps.back().displacements);
-  shape.distances = {CoveredDistance(MakeScanFields(face, feet, errors, counts))};
-  AddShellView(shape, &report);
-  AddHistory(scene, target.summary, &report);
-  report.header["documents"]["summary"] = MakeSummaryJson(scene, target.summary, nullptr);
-  return report;
-}
-
 int Run(int argc, char** argv) {
   std::vector<std::string> arguments;
   int exit_status = kExitBadInput;
   if (!ParseCommandLine(kTool, argc, argv, &arguments, &exit_status)) return exit_status;
   const std::string& file = arguments[0];
-  const bool is_scene = IsScene(file);
+  const bool is_scene = IsSceneFile(file);
   ScanOptions options;
   std::string error;
-  if (!OptionsFromFlags(is_scene, &options, &error)) {
-    PrintError(error);
-    return kExitBadInput;
-  }
+  if (!OptionsFromFlags(is_scene, &options, &error)) return BadInput(error);
   PointCloud viewpoints;
   if (!FLAGS_views_file.empty() && !ReadPointCloud(FLAGS_views_file, &viewpoints, &error)) {
-    PrintError("--views_file: " + error);
-    return kExitBadInput;
+    return BadInput("--views_file: " + error);
   }
-  // Before the time is spent on solving.
-  if (!IsWritableFolder(FLAGS_out, &error)) {
-    PrintError("--out: found " + error + "; allowed a folder that can be written to");
-    return kExitBadInput;
-  }
+  if (!CheckOut(&error)) return BadInput(error);
 
-  Target target;
-  exit_status = is_scene                             ? SolveScene(file, &target, &error)
-                : ReadSurface(file, &target, &error) ? kExitDone
-                                                     : kExitBadInput;
+  ScanTargetOptions target_options;
+  target_options.state = FLAGS_state;
+  target_options.vertices = FLAGS_sampling == "vertices";
+  target_options.thickness = FLAGS_thickness;
+  target_options.scene = FLAGS_scene;
+  target_options.faces = FLAGS_faces;
+  target_options.revolve = FLAGS_revolve;
+  ScanTarget target;
+  exit_status = is_scene ? SolveScanScene(file, target_options, &target, &error)
+                : ReadScanSurface(file, target_options, &target, &error) ? kExitDone
+                                                                         : kExitBadInput;
   if (exit_status != kExitDone) {
-    PrintError(error);
+    progress::Error(error);
     return exit_status;
   }
   options.viewpoints = FLAGS_views_file.empty()
@@ -684,12 +335,11 @@ int Run(int argc, char** argv) {
                            : viewpoints.points;
   Scan scan;
   if (!SimulateScan(target.surface, target.occluders, options, &scan, &error)) {
-    PrintError(file + ":0: " + error);
-    return kExitBadInput;
+    return BadInput(file + ":0: " + error);
   }
   if (FLAGS_normals && scan.cloud.normals.empty()) {
-    PrintError("--normals: found a surface without normals; allowed a mesh, or points with them");
-    return kExitBadInput;
+    return BadInput(
+        "--normals: found a surface without normals; allowed a mesh, or points with them");
   }
   if (!FLAGS_normals) scan.cloud.normals.clear();
   if (FLAGS_digits > 0) RoundTo(FLAGS_digits, &scan.cloud);
@@ -702,8 +352,8 @@ int Run(int argc, char** argv) {
   for (const auto& [key, value] : settings.items()) comment.push_back(key + ": " + value.dump());
   Json truth = {{"surface", name},
                 {"thickness", target.thickness},
-                {"model_from_scan", PoseToJson(scan.model_from_scan)},
-                {"scan_from_model", PoseToJson(scan.model_from_scan.Inverse())},
+                {"model_from_scan", MotionJson(scan.model_from_scan)},
+                {"scan_from_model", MotionJson(scan.model_from_scan.Inverse())},
                 {"points", scan.cloud.points.size()},
                 {"spikes", scan.num_spikes},
                 {"strays", scan.num_strays},
@@ -713,15 +363,14 @@ int Run(int argc, char** argv) {
                 {"viewpoints", Json::array()},
                 {"solution", target.solution}};
   for (const Eigen::Vector3d& viewpoint : options.viewpoints) {
-    truth["viewpoints"].push_back(ToJson(viewpoint));
+    truth["viewpoints"].push_back(CoordinatesJson(viewpoint));
   }
   const std::string scan_name = "scan." + FLAGS_format;
   std::string text;
   if (!FormatPointCloud(
           scan_name, scan.cloud, FacesOf(target.surface, scan), comment, &text, &error) ||
       !MakeFolder(FLAGS_out, &error)) {
-    PrintError(error);
-    return kExitNotConverged;
+    return NotDone(error);
   }
   FileSet files(FLAGS_out);
   files.Outdate(kReportFile);
@@ -729,11 +378,11 @@ int Run(int argc, char** argv) {
       !files.Add(
           "truth.json", truth.dump(2, ' ', false, Json::error_handler_t::replace) + "\n", &error) ||
       (FLAGS_report &&
-       !files.Add(
-           kReportFile, MakeReportHtml(MakeScanReport(name, target, scan, truth)), &error)) ||
+       !files.Add(kReportFile,
+                  MakeReportHtml(MakeScanReport(kTool.name, name, target, scan, FLAGS_unit, truth)),
+                  &error)) ||
       !files.Commit(&error)) {
-    PrintError(error);
-    return kExitNotConverged;
+    return NotDone(error);
   }
   // An earlier scan in the other format would not belong to this truth.
   std::error_code ignored;

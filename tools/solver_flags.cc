@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <thread>
 
+#include "solver/file_set.h"
 #include "solver/scene_reader.h"
 #include "tools/html_report.h"
 #include "tools/progress.h"
@@ -136,7 +137,29 @@ int RunTool(const Tool& tool, int (*run)(int argc, char** argv), int argc, char*
   return progress::Done(exit_status);
 }
 
-bool ReadSceneWithFlags(const std::string& file, Scene* scene, std::string* error) {
+int BadInput(const std::string& message) {
+  progress::Error(message);
+  return kExitBadInput;
+}
+
+int NotDone(const std::string& message) {
+  progress::Error(message);
+  return kExitNotConverged;
+}
+
+bool FailFlag(const char* flag, const std::string& allowed, std::string* error) {
+  *error = "--" + std::string(flag) + ": found '" +
+           gflags::GetCommandLineFlagInfoOrDie(flag).current_value + "'; allowed " + allowed;
+  return false;
+}
+
+bool CheckOut(std::string* error) {
+  if (IsWritableFolder(FLAGS_out, error)) return true;
+  *error = "--out: found " + *error + "; allowed a folder that can be written to";
+  return false;
+}
+
+bool ReadSceneToMend(const std::string& file, Scene* scene, std::string* error) {
   ReadOptions options;
   options.repair = FLAGS_repair;
   if (!ReadScene(file, scene, error, options)) return false;
@@ -164,11 +187,16 @@ bool ApplyFlags(Scene* scene, std::vector<std::string>* overridden, std::string*
   return ApplyOverrides(overrides, scene, error);
 }
 
+bool ReadSceneWithFlags(const std::string& file,
+                        Scene* scene,
+                        std::vector<std::string>* overridden,
+                        std::string* error) {
+  return ReadSceneToMend(file, scene, error) && ApplyFlags(scene, overridden, error);
+}
+
 bool SolverOptionsFromFlags(SolverOptions* options, std::string* error) {
   const auto fail = [error](const char* flag, const char* allowed) {
-    *error = "--" + std::string(flag) + ": found '" +
-             gflags::GetCommandLineFlagInfoOrDie(flag).current_value + "'; allowed " + allowed;
-    return false;
+    return FailFlag(flag, allowed, error);
   };
   if (FLAGS_threads < 0 || FLAGS_threads > 1024) return fail("threads", "an integer in [0, 1024]");
   if (!(FLAGS_time_limit >= 0.0) || !std::isfinite(FLAGS_time_limit)) {

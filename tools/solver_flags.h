@@ -33,9 +33,25 @@ bool ParseCommandLine(
 // of --log=json is its.
 int RunTool(const Tool& tool, int (*run)(int argc, char** argv), int argc, char** argv);
 
+// What is wrong, in one line on stderr; both return the exit status: kExitBadInput and
+// kExitNotConverged.
+int BadInput(const std::string& message);
+int NotDone(const std::string& message);
+
+// False and *error: "--FLAG: found 'its value'; allowed ALLOWED".
+bool FailFlag(const char* flag, const std::string& allowed, std::string* error);
+
+// Whether the folder of --out can be written to, to be asked before time is spent on solving.
+bool CheckOut(std::string* error);
+
 // Reads a scene, with its mesh mended where --repair is given; prints what was mended to stderr, a
 // line for each thing, unless --quiet is given. False and *error as ReadScene.
-bool ReadSceneWithFlags(const std::string& file, Scene* scene, std::string* error);
+bool ReadSceneToMend(const std::string& file, Scene* scene, std::string* error);
+// The same and ApplyFlags.
+bool ReadSceneWithFlags(const std::string& file,
+                        Scene* scene,
+                        std::vector<std::string>* overridden,
+                        std::string* error);
 
 // Applies --theory, --strains, --minimizer, --quadrature, --divisions to a scene. Names of the
 // flags that were given go to *overridden. False and *error ("--FLAG: found ...; allowed ...").

@@ -60,13 +60,10 @@ std::shared_ptr<CalibrationHandle> CalibrateSpec(const py::object& file,
                                                  const py::dict& arguments,
                                                  const py::object& progress,
                                                  const py::object& stop) {
-  struct Task {
+  struct CalibrationTask : Task<CalibrationHandle> {
     CalibrationOptions options;
-    std::shared_ptr<CalibrationHandle> result = std::make_shared<CalibrationHandle>();
-    bool posed = false;
-    std::string error;
   };
-  const auto task = std::make_shared<Task>();
+  const auto task = std::make_shared<CalibrationTask>();
   task->options.solver = SolverOptionsOf(arguments);
   CalibrationSpec& spec = task->result->spec;
   spec = ReadSpec(file, text, folder, named);
@@ -111,10 +108,7 @@ std::shared_ptr<CalibrationHandle> CalibrateSpec(const py::object& file,
       if (!model->Settle(&trouble)) result.summary.notes.push_back(trouble);
     }
   };
-  const std::shared_ptr<CalibrationHandle> result = RunToEnd<CalibrationHandle>(
-      task->result, work, stop, [task](const CalibrationHandle&) { return task->posed; });
-  if (!task->posed) throw MakeInputError(task->error);
-  return result;
+  return RunTask(task, work, stop);
 }
 
 // Of one grasp, as a result of its own. It keeps all of them alive.
@@ -140,7 +134,8 @@ void Write(const CalibrationHandle& self, const std::string& folder, bool report
   bool ok = false;
   {
     const py::gil_scoped_release release;
-    ok = WriteCalibration(folder, self.spec, self.summary, self.models, ExportOptions(), &error, more);
+    ok = WriteCalibration(
+        folder, self.spec, self.summary, self.models, ExportOptions(), &error, more);
   }
   if (ok) return;
   PyErr_SetString(PyExc_OSError, error.c_str());

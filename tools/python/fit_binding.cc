@@ -51,14 +51,11 @@ std::shared_ptr<FitHandle> Fit(const std::shared_ptr<SceneHandle>& scene,
                                const py::dict& arguments,
                                const py::object& progress,
                                const py::object& stop) {
-  struct Task {
+  struct FitTask : Task<FitHandle> {
     Scene scene;
     ScanFitOptions options;
-    std::shared_ptr<FitHandle> result = std::make_shared<FitHandle>();
-    bool posed = false;
-    std::string error;
   };
-  const auto task = std::make_shared<Task>();
+  const auto task = std::make_shared<FitTask>();
   task->scene = scene->scene;
   task->options = OptionsOf(arguments);
   Override(arguments, &task->scene);
@@ -82,10 +79,7 @@ std::shared_ptr<FitHandle> Fit(const std::shared_ptr<SceneHandle>& scene,
     task->posed = FitScan(
         task->scene, task->result->scan, name, task->options, &task->result->fit, &task->error);
   };
-  const std::shared_ptr<FitHandle> result = RunToEnd<FitHandle>(
-      task->result, work, stop, [task](const FitHandle&) { return task->posed; });
-  if (!task->posed) throw MakeInputError(task->error);
-  return result;
+  return RunTask(task, work, stop);
 }
 
 // The fitted shape at the points where fields are sampled.

@@ -16,6 +16,7 @@
 #include "solver/shell_problem.h"
 #include "solver/shell_solver.h"
 #include "tools/python/job.h"
+#include "tools/python/module.h"
 
 namespace darboux {
 
@@ -65,6 +66,26 @@ std::shared_ptr<T> RunToEnd(const std::shared_ptr<T>& result,
     }
     throw;
   }
+  return result;
+}
+
+// What work needs and makes. Owned by the work too, which may be left to itself.
+template <typename T>
+struct Task {
+  std::shared_ptr<T> result = std::make_shared<T>();
+  bool posed = false;
+  std::string error;  // where it is not
+};
+
+// RunToEnd of the work of a Task; InputError where it could not be posed.
+template <typename TaskOfT>
+auto RunTask(const std::shared_ptr<TaskOfT>& task,
+             const std::function<void(Job*)>& work,
+             const pybind11::object& stop) {
+  using Result = typename decltype(task->result)::element_type;
+  const std::shared_ptr<Result> result =
+      RunToEnd<Result>(task->result, work, stop, [task](const Result&) { return task->posed; });
+  if (!task->posed) throw MakeInputError(task->error);
   return result;
 }
 

@@ -73,14 +73,11 @@ std::shared_ptr<StudyHandle> RunStudyOf(const std::shared_ptr<SceneHandle>& scen
                                         const py::dict& arguments,
                                         const py::object& progress,
                                         const py::object& stop) {
-  struct Task {
+  struct StudyTask : Task<StudyHandle> {
     Scene scene;
     StudyOptions options;
-    std::shared_ptr<StudyHandle> result = std::make_shared<StudyHandle>();
-    bool posed = false;
-    std::string error;
   };
-  const auto task = std::make_shared<Task>();
+  const auto task = std::make_shared<StudyTask>();
   task->scene = scene->scene;
   task->options = OptionsOf(arguments);
   Override(arguments, &task->scene);
@@ -111,10 +108,7 @@ std::shared_ptr<StudyHandle> RunStudyOf(const std::shared_ptr<SceneHandle>& scen
     }
     task->posed = RunStudy(task->scene, task->options, &task->result->study, &task->error);
   };
-  const std::shared_ptr<StudyHandle> result = RunToEnd<StudyHandle>(
-      task->result, work, stop, [task](const StudyHandle&) { return task->posed; });
-  if (!task->posed) throw MakeInputError(task->error);
-  return result;
+  return RunTask(task, work, stop);
 }
 
 }  // namespace
