@@ -127,129 +127,16 @@ void TangentStiffness::BuildPattern(SparseBackend backend) {
   }
   for (const PlacedCondition& pin : problem_.pins()) springs.push_back(&pin);
   for (const PlacedCondition* spring : springs) terms.push_back(&spring->vertices);
+  pattern_ = std::make_unique<StiffnessPattern>(
+      num_vertices,
+      components_,
+      [this](int vertex) { return problem_.IsFree(vertex); },
+      terms,
+      surface.num_elements(),
+      backend);
+  matrix_ = pattern_->MakeMatrix();
 
-  std::vector<int> number(num_vertices, -1), vertex_of;
-  for (int i = 0; i < num_vertices; ++i) {
-    if (!problem_.IsFree(i)) continue;
-    number[i] = static_cast<int>(vertex_of.size());
-    vertex_of.push_back(i);
-  }
-  const int num_blocks = static_cast<int>(vertex_of.size());
-  std::vector<int> term_begin(num_blocks + 1, 0), term_of;
-  for (const auto* vertices : terms) {
-    for (const int v : *vertices) {
-      if (number[v] >= 0) ++term_begin[number[v] + 1];
-    }
-  }
-  for (int i = 0; i < num_blocks; ++i) term_begin[i + 1] += term_begin[i];
-  term_of.resize(term_begin.back());
-  std::vector<int> next(term_begin.begin(), term_begin.end() - 1);
-  for (size_t t = 0; t < terms.size(); ++t) {
-    for (const int v : *terms[t]) {
-      if (number[v] >= 0) term_of[next[number[v]]++] = static_cast<int>(t);
-    }
-  }
-  std::vector<int> neighbour_begin(1, 0), neighbours, seen(num_blocks, -1);
-  neighbours.reserve(20 * num_blocks);
-  std::vector<int> lower_begin(1, 0), lower;  // those with a greater number, and the vertex itself
-  lower.reserve(10 * num_blocks);
-  for (int i = 0; i < num_blocks; ++i) {
-    for (int k = term_begin[i]; k < term_begin[i + 1]; ++k) {
-      for (const int v : *terms[term_of[k]]) {
-        const int j = number[v];
-        if (j < 0 || seen[j] == i) continue;
-        seen[j] = i;
-        neighbours.push_back(j);
-        if (j >= i) lower.push_back(j);
-      }
-    }
-    neighbour_begin.push_back(static_cast<int>(neighbours.size()));
-    lower_begin.push_back(static_cast<int>(lower.size()));
-  }
-  const Eigen::VectorXi order = FillReducingOrder(lower_begin, lower, backend);
-  block_of_vertex_.assign(num_vertices, -1);
-  vertex_of_block_.resize(num_blocks);
-  for (int k = 0; k < num_blocks; ++k) {
-    vertex_of_block_[k] = vertex_of[order[k]];
-    block_of_vertex_[vertex_of_block_[k]] = k;
-  }
-
-  // Rows in ascending order without sorting: the pattern is symmetric, so row by row every block
-  // is appended to the columns it stands in.
-  column_begin_.assign(num_blocks + 1, 0);
-  const auto for_each_below = [&](const auto& use) {
-    for (int row = 0; row < num_blocks; ++row) {
-      const int i = order[row];
-      for (int m = neighbour_begin[i]; m < neighbour_begin[i + 1]; ++m) {
-        const int column = block_of_vertex_[vertex_of[neighbours[m]]];
-        if (column <= row) use(row, column);
-      }
-    }
-  };
-  for_each_below([&](int, int column) { ++column_begin_[column + 1]; });
-  for (int k = 0; k < num_blocks; ++k) column_begin_[k + 1] += column_begin_[k];
-  row_block_.resize(column_begin_.back());
-  std::vector<int> end(column_begin_.begin(), column_begin_.end() - 1);
-  for_each_below([&](int row, int column) { row_block_[end[column]++] = row; });
-
-  const int c = components_;
-  matrix_.resize(c * num_blocks, c * num_blocks);
-  int nonzeros = 0;
-  for (int j = 0; j < num_blocks; ++j) {
-    const int below = column_begin_[j + 1] - column_begin_[j] - 1;
-    nonzeros += c * (c + 1) / 2 + c * c * below;
-  }
-  matrix_.resizeNonZeros(nonzeros);
-  int entry = 0;
-  for (int j = 0; j < num_blocks; ++j) {
-    for (int b = 0; b < c; ++b) {
-      matrix_.outerIndexPtr()[c * j + b] = entry;
-      for (int a = b; a < c; ++a) matrix_.innerIndexPtr()[entry++] = c * j + a;
-      for (int k = column_begin_[j] + 1; k < column_begin_[j + 1]; ++k) {
-        for (int a = 0; a < c; ++a) matrix_.innerIndexPtr()[entry++] = c * row_block_[k] + a;
-      }
-    }
-  }
-  matrix_.outerIndexPtr()[c * num_blocks] = entry;
-  CHECK_EQ(entry, nonzeros);
-
-  // Column by column: the rows of one are looked up in a table of all blocks.
-  element_slot_begin_.push_back(0);
-  for (int e = 0; e < surface.num_elements(); ++e) {
-    const int n = static_cast<int>(surface.control_vertices(e).size());
-    element_slot_begin_.push_back(element_slot_begin_.back() + n * (n + 1) / 2);
-  }
-  element_slots_.assign(element_slot_begin_.back(), 0);
-  std::vector<int> slot_of(num_blocks, 0);
-  for (int column = 0; column < num_blocks; ++column) {
-    for (int k = column_begin_[column]; k < column_begin_[column + 1]; ++k) {
-      slot_of[row_block_[k]] = k + 1;
-    }
-    const int i = order[column];
-    for (int k = term_begin[i]; k < term_begin[i + 1]; ++k) {
-      if (term_of[k] >= surface.num_elements()) continue;
-      const std::vector<int>& vertices = *terms[term_of[k]];
-      const int n = static_cast<int>(vertices.size());
-      int own = 0;
-      while (vertices[own] != vertex_of_block_[column]) ++own;
-      // Of local vertices i >= j, counted column by column.
-      const auto index = [n](int row, int col) {
-        return col * n - col * (col - 1) / 2 + row - col;
-      };
-      int* const slots = element_slots_.data() + element_slot_begin_[term_of[k]];
-      for (int other = 0; other < n; ++other) {
-        const int row = block_of_vertex_[vertices[other]];
-        if (row < column) continue;
-        if (other >= own) {
-          slots[index(other, own)] = slot_of[row];
-        } else {
-          slots[index(own, other)] = -slot_of[row];
-        }
-      }
-    }
-  }
-
-  support_values_ = Eigen::VectorXd::Zero(nonzeros);
+  support_values_ = Eigen::VectorXd::Zero(matrix_.nonZeros());
   for (const PlacedCondition* spring : springs) {
     AddSpring(spring->vertices, spring->coefficients, spring->stiffness, &support_values_);
   }
@@ -282,12 +169,9 @@ void TangentStiffness::AddSpring(const std::vector<int>& vertices,
                                  Eigen::VectorXd* values) const {
   const Eigen::MatrixXd rows = basis_.transpose() * coefficients;
   for (size_t j = 0; j < vertices.size(); ++j) {
-    const int column = block_of_vertex_[vertices[j]];
     for (size_t i = 0; i < vertices.size(); ++i) {
-      const int row = block_of_vertex_[vertices[i]];
-      if (column < 0 || row < column) continue;
       const Eigen::MatrixXd block = stiffness * rows.col(i) * rows.col(j).transpose();
-      AddBlock(Slot(row, column), column, block, values->data());
+      pattern_->Add(vertices[i], vertices[j], block, values->data());
     }
   }
 }
@@ -305,35 +189,9 @@ void TangentStiffness::AddElementMatrix(int element,
                                         Eigen::VectorXd* values) const {
   const std::vector<int>& vertices = problem_.surface().control_vertices(element);
   for (size_t j = 0; j < vertices.size(); ++j) {
-    const int column = block_of_vertex_[vertices[j]];
     for (size_t i = 0; i < vertices.size(); ++i) {
-      const int row = block_of_vertex_[vertices[i]];
-      if (column < 0 || row < column) continue;
       const Eigen::MatrixXd part = basis_.transpose() * block.block<3, 3>(3 * i, 3 * j) * basis_;
-      AddBlock(Slot(row, column), column, part, values->data());
-    }
-  }
-}
-
-int TangentStiffness::Slot(int row_block, int column_block) const {
-  const auto begin = row_block_.begin() + column_begin_[column_block];
-  const auto end = row_block_.begin() + column_begin_[column_block + 1];
-  return static_cast<int>(std::lower_bound(begin, end, row_block) - row_block_.begin());
-}
-
-template <typename Block>
-void TangentStiffness::AddBlock(int slot,
-                                int column_block,
-                                const Block& block,
-                                double* values) const {
-  const int c = static_cast<int>(block.rows());
-  const int k = slot - column_begin_[column_block];
-  for (int b = 0; b < c; ++b) {
-    double* const column = values + matrix_.outerIndexPtr()[c * column_block + b];
-    if (k == 0) {
-      for (int a = b; a < c; ++a) column[a - b] += block(a, b);
-    } else {
-      for (int a = 0; a < c; ++a) column[(c - b) + c * (k - 1) + a] += block(a, b);
+      pattern_->Add(vertices[i], vertices[j], part, values->data());
     }
   }
 }
@@ -464,32 +322,25 @@ bool TangentStiffness::EvaluateElements(int begin, int end, const Request& reque
     }
     if (!request.matrix) continue;
     if (C == 3) product.Multiply();
-    const int* slot = element_slots_.data() + element_slot_begin_[e];
-    for (int j = 0; j < n; ++j) {
-      for (int i = j; i < n; ++i, ++slot) {
-        if (*slot == 0) continue;
-        Block block = Block::Zero();
-        if constexpr (C == 3) block = product.Block(i, j);
-        if (!blocks.empty()) {
-          block +=
-              Eigen::Map<const Block>(blocks.data() + (static_cast<size_t>(j) * n + i) * kBlock);
-        }
-        if (*slot > 0) {
-          AddBlock(*slot - 1, block_of_vertex_[vertices[j]], block, work.values.data());
-        } else {
-          AddBlock(-*slot - 1,
-                   block_of_vertex_[vertices[i]],
-                   Block(block.transpose()),
-                   work.values.data());
-        }
-      }
-    }
+    pattern_->AddElement<C>(
+        e,
+        vertices,
+        [&](int i, int j) {
+          Block block = Block::Zero();
+          if constexpr (C == 3) block = product.Block(i, j);
+          if (!blocks.empty()) {
+            block +=
+                Eigen::Map<const Block>(blocks.data() + (static_cast<size_t>(j) * n + i) * kBlock);
+          }
+          return block;
+        },
+        work.values.data());
   }
   return true;
 }
 
 bool TangentStiffness::Evaluate(const Request& request) {
-  const int num_vertices = static_cast<int>(block_of_vertex_.size());
+  const int num_vertices = pattern_->num_vertices();
   if (!problem_.UpdateGas()) return false;
   // Scaled so that weights are that of mean conditions, of the order of which the others are.
   const double weight = problem_.scaled_material().MembraneStiffness();
@@ -571,8 +422,9 @@ bool TangentStiffness::Evaluate(const Request& request) {
     if (problem_.has_gas()) gradient -= GasForce();
     Eigen::VectorXd reduced = Reduce(gradient);
     for (const Workspace& work : workspaces_) {
-      for (size_t k = 0; k < vertex_of_block_.size(); ++k) {
-        reduced.segment(components_ * k, components_) += work.gradient.col(vertex_of_block_[k]);
+      for (int k = 0; k < pattern_->num_blocks(); ++k) {
+        reduced.segment(components_ * k, components_) +=
+            work.gradient.col(pattern_->vertex_of_block(k));
       }
     }
     request.gradient->swap(reduced);
@@ -604,7 +456,7 @@ bool TangentStiffness::ForEachFollower(bool with_stiffness,
 }
 
 bool TangentStiffness::AddFollowerForces(const Request& request, Eigen::Matrix3Xd* force) {
-  *force = Eigen::Matrix3Xd::Zero(3, block_of_vertex_.size());
+  *force = Eigen::Matrix3Xd::Zero(3, pattern_->num_vertices());
   return ForEachFollower(
       request.matrix,
       request.stress_factor,
@@ -612,24 +464,16 @@ bool TangentStiffness::AddFollowerForces(const Request& request, Eigen::Matrix3X
         const std::vector<int>& vertices = problem_.surface().control_vertices(placed.element);
         for (size_t i = 0; i < vertices.size(); ++i) force->col(vertices[i]) += part.col(i);
         if (!request.matrix) return;
-        const int* slot = element_slots_.data() + element_slot_begin_[placed.element];
-        for (size_t j = 0; j < vertices.size(); ++j) {
-          for (size_t i = j; i < vertices.size(); ++i, ++slot) {
-            if (*slot == 0) continue;
-            const Eigen::Matrix3d symmetric =
-                0.5 * (stiffness.template block<3, 3>(3 * i, 3 * j) +
-                       stiffness.template block<3, 3>(3 * j, 3 * i).transpose());
-            const Eigen::MatrixXd block = basis_.transpose() * symmetric * basis_;
-            if (*slot > 0) {
-              AddBlock(*slot - 1, block_of_vertex_[vertices[j]], block, matrix_.valuePtr());
-            } else {
-              AddBlock(-*slot - 1,
-                       block_of_vertex_[vertices[i]],
-                       Eigen::MatrixXd(block.transpose()),
-                       matrix_.valuePtr());
-            }
-          }
-        }
+        pattern_->AddElement<Eigen::Dynamic>(
+            placed.element,
+            vertices,
+            [&](int i, int j) -> Eigen::MatrixXd {
+              const Eigen::Matrix3d symmetric =
+                  0.5 * (stiffness.template block<3, 3>(3 * i, 3 * j) +
+                         stiffness.template block<3, 3>(3 * j, 3 * i).transpose());
+              return basis_.transpose() * symmetric * basis_;
+            },
+            matrix_.valuePtr());
       });
 }
 
@@ -638,7 +482,7 @@ Eigen::Matrix3Xd TangentStiffness::GasForce() const {
 }
 
 bool TangentStiffness::FollowerForces(Eigen::Matrix3Xd* force) const {
-  *force = Eigen::Matrix3Xd::Zero(3, block_of_vertex_.size());
+  *force = Eigen::Matrix3Xd::Zero(3, pattern_->num_vertices());
   if (!problem_.UpdateGas()) return false;
   if (problem_.has_gas()) *force = GasForce();
   return ForEachFollower(false, 1.0, [&](const auto& placed, const auto& part, const auto&) {
@@ -708,7 +552,7 @@ Eigen::VectorXd TangentStiffness::StressForces(const StressField& stresses) cons
   std::vector<Eigen::Matrix3Xd> parts(num_threads_);
   ParallelFor(num_threads_, surface.num_elements(), [&](int thread, int begin, int end) {
     Eigen::Matrix3Xd& part = parts[thread];
-    part.setZero(3, block_of_vertex_.size());
+    part.setZero(3, pattern_->num_vertices());
     StrainDerivatives strain;
     for (int e = begin; e < end; ++e) {
       const std::vector<int>& vertices = surface.control_vertices(e);
@@ -742,7 +586,7 @@ bool TangentStiffness::StrainDefect(const Eigen::VectorXd& step, Eigen::VectorXd
   std::vector<char> defined(num_threads_, 1);
   ParallelFor(num_threads_, surface.num_elements(), [&](int thread, int begin, int end) {
     Eigen::Matrix3Xd& part = parts[thread];
-    part.setZero(3, block_of_vertex_.size());
+    part.setZero(3, pattern_->num_vertices());
     StrainDerivatives here, there;
     for (int e = begin; e < end; ++e) {
       const std::vector<int>& vertices = surface.control_vertices(e);
@@ -799,18 +643,18 @@ double TangentStiffness::LargestRotation(const Eigen::VectorXd& step) const {
 }
 
 Eigen::Matrix3Xd TangentStiffness::Expand(const Eigen::VectorXd& x) const {
-  Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, block_of_vertex_.size());
-  for (size_t k = 0; k < vertex_of_block_.size(); ++k) {
-    result.col(vertex_of_block_[k]) = basis_ * x.segment(components_ * k, components_);
+  Eigen::Matrix3Xd result = Eigen::Matrix3Xd::Zero(3, pattern_->num_vertices());
+  for (int k = 0; k < pattern_->num_blocks(); ++k) {
+    result.col(pattern_->vertex_of_block(k)) = basis_ * x.segment(components_ * k, components_);
   }
   return result;
 }
 
 Eigen::VectorXd TangentStiffness::Reduce(const Eigen::Matrix3Xd& covector) const {
   Eigen::VectorXd result(num_unknowns());
-  for (size_t k = 0; k < vertex_of_block_.size(); ++k) {
+  for (int k = 0; k < pattern_->num_blocks(); ++k) {
     result.segment(components_ * k, components_) =
-        basis_.transpose() * covector.col(vertex_of_block_[k]);
+        basis_.transpose() * covector.col(pattern_->vertex_of_block(k));
   }
   return result;
 }
@@ -819,7 +663,7 @@ Eigen::VectorXd TangentStiffness::Reduce(const std::vector<int>& vertices,
                                          const Eigen::Matrix3Xd& covector) const {
   Eigen::VectorXd result = Eigen::VectorXd::Zero(num_unknowns());
   for (size_t i = 0; i < vertices.size(); ++i) {
-    const int block = block_of_vertex_[vertices[i]];
+    const int block = pattern_->block_of_vertex(vertices[i]);
     if (block < 0) continue;
     result.segment(components_ * block, components_) += basis_.transpose() * covector.col(i);
   }

@@ -3,10 +3,12 @@
 
 #include <Eigen/Core>
 #include <Eigen/SparseCore>
+#include <memory>
 #include <vector>
 
 #include "solver/shell_problem.h"
 #include "solver/sparse_cholesky.h"
+#include "solver/stiffness_pattern.h"
 
 namespace darboux {
 
@@ -117,8 +119,6 @@ class TangentStiffness {
                  const Eigen::Matrix3Xd& coefficients,
                  double stiffness,
                  Eigen::VectorXd* values) const;
-  // Where the block of two control vertices begins in a column of the matrix, see BuildPattern.
-  int Slot(int row_block, int column_block) const;
   // The forces that follow; adds minus their derivative to the matrix, where that is asked for.
   bool AddFollowerForces(const Request& request, Eigen::Matrix3Xd* force);
   bool FollowerForces(Eigen::Matrix3Xd* force) const;
@@ -126,23 +126,13 @@ class TangentStiffness {
   // Calls use(placed force, force, stiffness) for each of them that is not nil.
   template <typename Use>
   bool ForEachFollower(bool with_stiffness, double stiffness_part, const Use& use) const;
-  template <typename Block>
-  void AddBlock(int slot_entry, int column_block, const Block& block, double* values) const;
-
   const ShellProblem& problem_;
   int num_threads_;
   int components_;                      // unknowns per vertex
   Eigen::MatrixXd basis_;               // 3 x components_
   Eigen::Matrix3d membrane_, bending_;  // stiffness per area
   std::vector<int> point_begin_;        // of each element, and behind the last
-  std::vector<int> block_of_vertex_;    // position in the order of elimination; -1: not unknown
-  std::vector<int> vertex_of_block_;
-  // Blocks of the lower triangle: of block column j, rows row_block_[column_begin_[j]] ..., the
-  // diagonal first, ascending.
-  std::vector<int> column_begin_, row_block_;
-  // Per element, for local vertices i >= j, the block of the lower triangle they share: index into
-  // row_block_, plus one, negative where it is the transpose; 0: not unknown.
-  std::vector<int> element_slots_, element_slot_begin_;
+  std::unique_ptr<StiffnessPattern> pattern_;
   Eigen::SparseMatrix<double> matrix_;
   Eigen::VectorXd support_values_;  // the springs' share of the matrix: constant
   Eigen::VectorXd shell_values_;    // the elements', where they are constant and made
