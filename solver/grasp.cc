@@ -35,9 +35,9 @@ constexpr double kMeanGap = 1e-7;
 constexpr double kStick = 2e-3;
 // Change of the lagged normal forces, relative, that may be left.
 constexpr double kFrictionChange = 1e-3;
-// Contact points lie this part of a finger's radius apart, if elements allow.
+// Of model.contact_spacing, and of all points that a finger does not come near.
 constexpr double kSpacing = 0.3;
-constexpr int kMostParts = 6;
+constexpr int kMostParts = 6;  // of an element's edge with that spacing
 // Part of the step at which a finger could tunnel.
 constexpr double kSafeStep = 0.6;
 
@@ -294,7 +294,10 @@ void Grasp::AddPatches(const ShellSurface& surface, int index, std::vector<Patch
     if (nearest > size + way + margin) continue;
     int parts = 3;
     if (std::isfinite(radius)) {
-      parts = std::clamp(static_cast<int>(std::ceil(size / (kSpacing * radius))), 1, kMostParts);
+      const bool is_met = nearest < size / std::sqrt(3.0) + way + 0.5 * radius;
+      const double spacing = is_met ? spacing_ : std::max(kSpacing, spacing_);
+      const int most = static_cast<int>(std::ceil(kMostParts * std::max(1.0, kSpacing / spacing)));
+      parts = std::clamp(static_cast<int>(std::ceil(size / (spacing * radius))), 1, most);
       // Where only a motion of the whole shell would lead.
       if (nearest > size + way + radius) parts = std::min(parts, 2);
     }
@@ -320,6 +323,7 @@ std::unique_ptr<Grasp> Grasp::Create(const Scene& scene,
   const int size = 3 * surface.mesh().num_vertices;
   grasp->inflated_ = !Eigen::Map<const Eigen::VectorXd>(displacements, size).isZero(0.0);
   grasp->thickness_ = material.thickness;
+  grasp->spacing_ = scene.model.contact_spacing;
   grasp->specs_ = scene.fingers;
   // How far a force drives a finger is not known before. No shell gives way by more than half its
   // size without touching itself.
