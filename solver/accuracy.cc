@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kFirstCells = 64.0;
 constexpr int kFirstSolutions = 4, kSolutions = 3;  // on a lattice of one size
-constexpr int kFirstTries = 4;                      // where the first lattice does not converge
+constexpr int kFirstTries = 4, kTries = 3;          // where a level does not converge
 // A map that makes the sum of errors less than this much smaller is not worth having, and one that
 // changes cells by less than kSettled no further solution.
 constexpr double kWorthwhile = 1.5, kSettled = 0.1;
@@ -91,8 +91,12 @@ class AccuracyLoop {
 
   // Solves scene_; the times go to the sums.
   bool SolveOnce(Answer* answer, std::string* error);
-  // The first lattice on which the scene converges.
+  // The first level on which the scene converges.
   Outcome FirstAnswer(Answer* answer, std::string* error);
+  // Where the scene does not converge: finer. False and *why where there is no room.
+  bool GrowFailed(const Answer& answer, std::string* why);
+  // The next level that converges. False and *why where none does.
+  bool NextAnswer(Answer* answer, std::string* why);
   // Theory, on the first lattice. False where the scene fails in the nonlinear theory.
   bool ChooseTheory(Answer* answer, std::string* error);
   // Moves the cells of scene_; whether it is worth solving again with as many.
@@ -187,21 +191,47 @@ AccuracyLoop::Outcome AccuracyLoop::FirstAnswer(Answer* answer, std::string* err
     if (!SolveOnce(answer, error)) return Outcome::kFailed;
     if (answer->summary.IsConverged()) return Outcome::kContinue;
     std::string why;
-    const int dof = answer->summary.dof;
-    const bool interrupted = answer->summary.termination == SolverSummary::Termination::kStopped ||
-                             answer->summary.termination == SolverSummary::Termination::kTimeLimit;
-    const auto refine = [&] {
-      return IsLattice() ? Grow(kUnknownGrowth, 0.0, &why)
-                         : meshes_.RefineEverywhere(&scene_.surface, &why);
-    };
-    if (interrupted || tries == kFirstTries || !refine()) {
+    if (tries == kFirstTries || !GrowFailed(*answer, &why)) {
       Finish("the first level did not converge: " + answer->summary.message +
                  (why.empty() ? "" : "; " + why),
              answer);
       return Outcome::kDone;
     }
-    Decide("resolution: finer everywhere, as the scene does not converge on " +
-           std::to_string(dof) + " dof (" + answer->summary.message + ")");
+  }
+}
+
+bool AccuracyLoop::GrowFailed(const Answer& answer, std::string* why) {
+  using Termination = SolverSummary::Termination;
+  const SolverSummary& summary = answer.summary;
+  if (summary.termination == Termination::kStopped ||
+      summary.termination == Termination::kTimeLimit) {
+    return false;
+  }
+  std::string where = "everywhere";
+  if (IsLattice() ? !Grow(kUnknownGrowth, 0.0, why)
+                  : !meshes_.RefineFailed(answer.problem.get(), &scene_.surface, &where, why)) {
+    return false;
+  }
+  Decide("resolution: finer " + where + ", as the scene does not converge on " +
+         std::to_string(summary.dof) + " dof: " + summary.message);
+  return true;
+}
+
+bool AccuracyLoop::NextAnswer(Answer* answer, std::string* why) {
+  for (int tries = 1;; ++tries) {
+    Answer next;
+    if (!SolveOnce(&next, why)) {
+      *why = "the next level failed: " + *why;
+      return false;
+    }
+    if (next.summary.IsConverged()) {
+      *answer = std::move(next);
+      return true;
+    }
+    *why = "the next level did not converge: " + next.summary.message;
+    // Lattices grow evenly: the next one would hardly do better.
+    std::string no_room;
+    if (IsLattice() || tries == kTries || !GrowFailed(next, &no_room)) return false;
   }
 }
 
@@ -451,7 +481,8 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
   if (IsLattice()) {
     FindMultiples();
     surface.divisions = Divisions();
-  } else if (const std::string line = MeshAdaptation::Begin(&surface); !line.empty()) {
+  } else if (const std::string line = MeshAdaptation::Begin(scene_.shell.thickness, &surface);
+             !line.empty()) {
     Decide(line);
   }
   const bool chooses_theory = asked_theory_ == Theory::kAuto && !HasOutsideForces() &&
@@ -541,17 +572,10 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
       Finish(why, answer);
       return true;
     }
-    Answer next;
-    std::string failure;
-    if (!SolveOnce(&next, &failure)) {
-      Finish("the next level failed: " + failure, answer);
+    if (!NextAnswer(answer, &why)) {
+      Finish(why, answer);
       return true;
     }
-    if (!next.summary.IsConverged()) {
-      Finish("the next level did not converge: " + next.summary.message, answer);
-      return true;
-    }
-    *answer = std::move(next);
     solutions = 1;
   }
 }

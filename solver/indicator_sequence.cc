@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kLeastFall = 0.2;  // of the indicator
 constexpr double kByChance = 0.5;
+constexpr double kMostFactor = 1.0;
 
 }  // namespace
 
@@ -27,7 +28,7 @@ void IndicatorSequence::Add(double indicator,
       const double change = (values[i] - last.values[i]).norm();
       double factor = change > 0.0 && fall > 0.0 ? change / (sizes[i] * fall) : 0.0;
       if (!last.factors.empty()) factor = std::max(factor, kByChance * last.factors[i]);
-      level.factors.push_back(factor);
+      level.factors.push_back(std::min(factor, kMostFactor));
     }
   }
   levels_.push_back(std::move(level));

@@ -16,7 +16,8 @@ namespace darboux {
 //
 // however little was refined. Where the indicator fell by less than a fifth, four times the change.
 // An answer that meets its predecessor by chance, on the way past it, is not taken for exact: c is
-// half of what it was before at least.
+// half of what it was before at least. Nor is a first answer that is far off taken for what is
+// usual: indicators are estimates from above, and c is 1 at most.
 class IndicatorSequence {
  public:
   // Answers of one more mesh: the same quantities, vectors or numbers in x, and the sizes that make

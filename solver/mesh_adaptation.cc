@@ -1,6 +1,7 @@
 #include "solver/mesh_adaptation.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -12,6 +13,8 @@ namespace darboux {
 namespace {
 
 constexpr int kFirstFrequency = 3;  // 180 triangles
+constexpr double kDecayLengths = 2.5;
+constexpr double kEdge = 1.1;       // mean edge of frequency 1, in radii
 constexpr double kFraction = 0.65;  // MeshRefinementOptions, at most
 // The sum of the indicators after a step, relative to that before: estimates of smaller steps would
 // be of noise.
@@ -25,20 +28,37 @@ MeshAdaptation::MeshAdaptation(int max_dof, SparseBackend backend, int num_threa
   options_.num_threads = num_threads;
 }
 
-std::string MeshAdaptation::Begin(SurfaceSpec* surface) {
+std::string MeshAdaptation::Begin(double thickness, SurfaceSpec* surface) {
   // With `refine` the mesh is no geodesic one any more.
   if (surface->kind != "icosphere" || !surface->interpolate || IsRefinedLocally(*surface))
     return "";
   const double radius = surface->mesh->vertices[0].norm();
   surface->sphere_radius = radius;
-  TriangleMesh mesh = MakeSmoothIcosphere(radius, kFirstFrequency);
-  std::string line = "surface: the control points are fitted to the sphere";
-  if (mesh.vertices.size() >= surface->mesh->vertices.size()) return line;
-  surface->mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
-  return line + ", which begins with frequency " + std::to_string(kFirstFrequency);
+  const std::string line = "surface: the control points are fitted to the sphere";
+  const double finest = std::ceil(kEdge / kDecayLengths * std::sqrt(radius / thickness));
+  const double own = std::sqrt((surface->mesh->vertices.size() - 2.0) / 10.0);
+  if (!(std::max<double>(kFirstFrequency, finest) < own - 0.5)) return line;
+  const int frequency = std::max(kFirstFrequency, static_cast<int>(finest));
+  surface->mesh = std::make_shared<const TriangleMesh>(MakeSmoothIcosphere(radius, frequency));
+  return line + ", which begins with frequency " + std::to_string(frequency);
 }
 
-bool MeshAdaptation::RefineEverywhere(SurfaceSpec* surface, std::string* why) const {
+bool MeshAdaptation::RefineFailed(ShellProblem* problem,
+                                  SurfaceSpec* surface,
+                                  std::string* where,
+                                  std::string* why) {
+  MeshRefinementOptions options = options_;
+  options.fraction = kFraction;
+  MeshRefinementReport report;
+  MeshRefinement refinement;
+  std::string unknown;
+  if (IndicateErrors(problem, options, &report, &unknown) &&
+      MarkIndicated(*problem, options, &report, &refinement, &unknown)) {
+    surface->refinement = std::make_shared<const MeshRefinement>(std::move(refinement));
+    *where = "where its last equilibrium needs it";
+    return true;
+  }
+  *where = "everywhere";
   LoopMesh base;
   if (!MakeBaseMesh(*surface, &base, why)) return false;
   const std::unique_ptr<HierarchicalMesh> mesh = RefineBaseMesh(*surface, base, why);

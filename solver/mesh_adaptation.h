@@ -20,16 +20,22 @@ class MeshAdaptation {
  public:
   MeshAdaptation(int max_dof, SparseBackend backend, int num_threads);
 
-  // The first mesh. A sphere begins with about as many triangles as lattices do, or the scene's own
-  // where these are fewer, and its control points are fitted to it on this and all later meshes
+  // The first mesh. A sphere begins with about as many triangles as lattices do, edges no longer
+  // than 2.5 times the length sqrt(radius thickness) that dents decay in, or the scene's own mesh
+  // where that is coarser. Its control points are fitted to the sphere on this and all later meshes
   // (SurfaceSpec::sphere_radius), so that its shape gets more exact where it is refined. The shape
   // of other meshes, and of one that the scene refines itself, is what it is. Returns a line that
   // says so, empty where nothing changes.
-  static std::string Begin(SurfaceSpec* surface);
+  static std::string Begin(double thickness, SurfaceSpec* surface);
 
-  // For a mesh that is too coarse for the scene to converge: all of its triangles once, which
-  // leaves the shape as it is. False and *why where that makes more than max_dof.
-  bool RefineEverywhere(SurfaceSpec* surface, std::string* why) const;
+  // For a mesh that the scene does not converge on, of which the problem is in the last state of
+  // equilibrium, at a part of the load: refined where that needs it or, where there is none, all of
+  // it once; either way the shape stays. *where: "everywhere" or what else. False and *why where
+  // there is no room.
+  bool RefineFailed(ShellProblem* problem,
+                    SurfaceSpec* surface,
+                    std::string* where,
+                    std::string* why);
 
   // The answers of a scene on one more mesh, which its problem has been solved on; see
   // IndicatorSequence. False and *why where there are no indicators.
