@@ -507,6 +507,18 @@ MeshRefinement HierarchicalMesh::RefineSupports(const std::vector<int>& unknowns
   return Merged(std::move(more));
 }
 
+bool HierarchicalMesh::GivesWay(int unknown, const MeshRefinement& more) const {
+  const int level = places_[unknown].level;
+  if (level >= static_cast<int>(more.refined.size())) return false;
+  const std::vector<std::int64_t>& refined = more.refined[level];
+  bool all = true;
+  ForEachInSupport(level, places_[unknown].vertex, [&](int t) {
+    all = all &&
+          std::binary_search(refined.begin(), refined.end(), levels_[level].triangles[t].number);
+  });
+  return all;
+}
+
 Eigen::Vector3d HierarchicalMesh::LimitPoint(int level, int vertex) const {
   const Level& here = levels_[level];
   const std::vector<int>& around = here.vertices[vertex].triangles;

@@ -87,6 +87,9 @@ class HierarchicalMesh {
   // their own level), which makes them give way to unknowns of the next level.
   MeshRefinement RefineElements(const std::vector<int>& elements) const;
   MeshRefinement RefineSupports(const std::vector<int>& unknowns) const;
+  // Whether `more`, which contains this refinement, refines all of an unknown's support: it is no
+  // unknown there.
+  bool GivesWay(int unknown, const MeshRefinement& more) const;
   // The supports of all vertices at corners of triangles of level `level` that have a point within
   // a ball (as plane triangles through limit points), for each ball of the nearest triangle at
   // least. *beyond (may be null): of each ball the distance by which the nearest triangle lies

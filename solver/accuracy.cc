@@ -10,7 +10,7 @@
 #include "solver/adaptive_grading.h"
 #include "solver/error_sequence.h"
 #include "solver/goal_response.h"
-#include "solver/mesh_refinement.h"
+#include "solver/mesh_adaptation.h"
 #include "solver/minimisation.h"
 #include "solver/theory_error.h"
 
@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kFirstCells = 64.0;
 constexpr int kFirstSolutions = 4, kSolutions = 3;  // on a lattice of one size
-constexpr int kFirstTries = 4;                      // where the first lattice does not converge
+constexpr int kFirstTries = 4, kTries = 3;          // where a level does not converge
 // A map that makes the sum of errors less than this much smaller is not worth having, and one that
 // changes cells by less than kSettled no further solution.
 constexpr double kWorthwhile = 1.5, kSettled = 0.1;
@@ -29,6 +29,8 @@ constexpr double kLastGrowth = 1.02;  // where max_dof allows no more
 constexpr double kSafety = 0.8;       // aim below the target
 constexpr double kTheoryShare = 0.5;  // of the target
 constexpr double kQuadratureShare = 0.5;
+constexpr double kContactShare = 0.25;
+constexpr double kLeastSpacing = 0.05;  // of points of contact
 // Time of a level by its number of unknowns.
 constexpr double kTimeOrder = 1.2;
 
@@ -76,7 +78,8 @@ class AccuracyLoop {
         options_(options),
         report_(*report),
         asked_theory_(scene.model.theory),
-        start_(Clock::now()) {
+        start_(Clock::now()),
+        meshes_(options.max_dof, solver_options.backend, solver_options.num_threads) {
     report_ = AccuracyReport();
     report_.target = *scene.model.accuracy;
   }
@@ -88,13 +91,21 @@ class AccuracyLoop {
 
   // Solves scene_; the times go to the sums.
   bool SolveOnce(Answer* answer, std::string* error);
-  // The first lattice on which the scene converges.
+  // The first level on which the scene converges.
   Outcome FirstAnswer(Answer* answer, std::string* error);
+  // Where the scene does not converge: finer. False and *why where there is no room.
+  bool GrowFailed(const Answer& answer, std::string* why);
+  // The next level that converges. False and *why where none does.
+  bool NextAnswer(Answer* answer, std::string* why);
   // Theory, on the first lattice. False where the scene fails in the nonlinear theory.
   bool ChooseTheory(Answer* answer, std::string* error);
   // Moves the cells of scene_; whether it is worth solving again with as many.
   bool ImproveLattice(Answer* answer);
   void ChooseQuadrature(const Answer& answer, double estimate);
+  // Halves the spacing of points of contact until that matters little.
+  void ChooseContact(Answer* answer, double seconds, int* solutions);
+  // The answers of one more level, and what they say of its error.
+  void Estimate(const Answer& answer, ErrorSequence* sequence);
   // scene_ with more cells. False and *why where there is no room for them. Meshes are refined by
   // what the problem of their last answer says.
   bool Grow(double factor, double seconds, std::string* why);
@@ -112,6 +123,15 @@ class AccuracyLoop {
     return next;
   }
   bool IsLattice() const { return scene_.surface.mesh == nullptr; }
+  bool ChoosesContact() const {
+    if (IsLattice() || scene_.model.contact_spacing_given) return false;
+    for (const FingerSpec& finger : scene_.fingers) {
+      if (finger.shape != FingerSpec::Shape::kPin && finger.shape != FingerSpec::Shape::kPlane) {
+        return true;
+      }
+    }
+    return false;
+  }
   bool HasOutsideForces() const { return !scene_.fingers.empty() || FindGas(scene_) != nullptr; }
   void Decide(const std::string& line) { decisions_.push_back(line); }
   void Finish(const std::string& why, Answer* answer);
@@ -122,7 +142,9 @@ class AccuracyLoop {
   AccuracyReport& report_;
   const Theory asked_theory_;
   const Clock::time_point start_;
-  ErrorSequence sequence_, before_;  // with and without the last level
+  ErrorSequence sequence_, before_;  // of lattices, with and without the last level
+  MeshAdaptation meshes_;
+  std::string no_indicators_;  // why there are none of the last mesh; empty: there are
   std::vector<std::string> decisions_;
   std::string theory_reason_;
   double cells_ = 0.0, proportion_ = 1.0;
@@ -169,12 +191,47 @@ AccuracyLoop::Outcome AccuracyLoop::FirstAnswer(Answer* answer, std::string* err
     if (!SolveOnce(answer, error)) return Outcome::kFailed;
     if (answer->summary.IsConverged()) return Outcome::kContinue;
     std::string why;
-    const bool interrupted = answer->summary.termination == SolverSummary::Termination::kStopped ||
-                             answer->summary.termination == SolverSummary::Termination::kTimeLimit;
-    if (interrupted || !IsLattice() || tries == kFirstTries || !Grow(kUnknownGrowth, 0.0, &why)) {
-      Finish("the first level did not converge: " + answer->summary.message, answer);
+    if (tries == kFirstTries || !GrowFailed(*answer, &why)) {
+      Finish("the first level did not converge: " + answer->summary.message +
+                 (why.empty() ? "" : "; " + why),
+             answer);
       return Outcome::kDone;
     }
+  }
+}
+
+bool AccuracyLoop::GrowFailed(const Answer& answer, std::string* why) {
+  using Termination = SolverSummary::Termination;
+  const SolverSummary& summary = answer.summary;
+  if (summary.termination == Termination::kStopped ||
+      summary.termination == Termination::kTimeLimit) {
+    return false;
+  }
+  std::string where = "everywhere";
+  if (IsLattice() ? !Grow(kUnknownGrowth, 0.0, why)
+                  : !meshes_.RefineFailed(answer.problem.get(), &scene_.surface, &where, why)) {
+    return false;
+  }
+  Decide("resolution: finer " + where + ", as the scene does not converge on " +
+         std::to_string(summary.dof) + " dof: " + summary.message);
+  return true;
+}
+
+bool AccuracyLoop::NextAnswer(Answer* answer, std::string* why) {
+  for (int tries = 1;; ++tries) {
+    Answer next;
+    if (!SolveOnce(&next, why)) {
+      *why = "the next level failed: " + *why;
+      return false;
+    }
+    if (next.summary.IsConverged()) {
+      *answer = std::move(next);
+      return true;
+    }
+    *why = "the next level did not converge: " + next.summary.message;
+    // Lattices grow evenly: the next one would hardly do better.
+    std::string no_room;
+    if (IsLattice() || tries == kTries || !GrowFailed(next, &no_room)) return false;
   }
 }
 
@@ -303,17 +360,62 @@ bool AccuracyLoop::Grow(double factor, double seconds, std::string* why) {
 }
 
 bool AccuracyLoop::RefineMesh(const Answer& answer, double seconds, std::string* why) {
-  MeshRefinementOptions options;
-  options.max_dof = options_.max_dof;
-  options.backend = solver_options_.backend;
-  options.num_threads = solver_options_.num_threads;
-  MeshRefinement refinement;
-  MeshRefinementReport marked;
-  if (!MarkForRefinement(answer.problem.get(), options, &refinement, &marked, why)) return false;
-  const double growth = static_cast<double>(marked.dof) / answer.summary.dof;
+  if (!no_indicators_.empty()) {
+    *why = no_indicators_;
+    return false;
+  }
+  const double others = report_.contact.value_or(0.0);
+  const double wanted = std::max(kSafety * report_.target - others, 0.1 * report_.target);
+  SurfaceSpec surface = scene_.surface;
+  int dof = 0;
+  if (!meshes_.Refine(answer.problem.get(), wanted, &surface, &dof, why)) return false;
+  const double growth = static_cast<double>(dof) / answer.summary.dof;
   if (!HasTime(seconds * std::pow(growth, kTimeOrder), why)) return false;
-  scene_.surface.refinement = std::make_shared<const MeshRefinement>(std::move(refinement));
+  scene_.surface = surface;
   return true;
+}
+
+void AccuracyLoop::Estimate(const Answer& answer, ErrorSequence* sequence) {
+  const std::vector<Eigen::Vector3d> values = ValuesOf(answer.goals);
+  const std::vector<double> sizes = SizesOf(answer.goals);
+  if (IsLattice()) {
+    sequence->Add(answer.summary.elements, values, sizes);
+    report_.discretisation = sequence->Estimate();
+    return;
+  }
+  report_.discretisation.reset();
+  no_indicators_.clear();
+  if (meshes_.Add(answer.problem.get(), values, sizes, &no_indicators_)) {
+    report_.discretisation = meshes_.Estimate();
+  }
+}
+
+void AccuracyLoop::ChooseContact(Answer* answer, double seconds, int* solutions) {
+  double& spacing = scene_.model.contact_spacing;
+  while (0.5 * spacing >= kLeastSpacing) {
+    std::string why;
+    constexpr double kCost = 2.0;  // times as long, or less
+    if (!HasTime(kCost * seconds, &why)) return;
+    spacing *= 0.5;
+    Answer finer;
+    std::string failure;
+    if (!SolveOnce(&finer, &failure) || !finer.summary.IsConverged()) {
+      spacing *= 2.0;
+      return;
+    }
+    ++*solutions;
+    const double change = LargestDifference(finer.goals, answer->goals);
+    std::ostringstream line;
+    line << "contact: points " << spacing << " of a finger's radius apart; half as many change the "
+         << "goals by " << change;
+    *answer = std::move(finer);
+    meshes_.ReplaceLast(ValuesOf(answer->goals));
+    report_.contact = change / 3.0;  // of second order
+    if (*report_.contact <= kContactShare * report_.target || 0.5 * spacing < kLeastSpacing) {
+      Decide(line.str());
+      return;
+    }
+  }
 }
 
 bool AccuracyLoop::HasTime(double seconds, std::string* why) const {
@@ -325,7 +427,8 @@ bool AccuracyLoop::HasTime(double seconds, std::string* why) const {
 
 std::optional<double> AccuracyLoop::Total() const {
   if (!report_.discretisation) return std::nullopt;
-  double total = *report_.discretisation + report_.solver.value_or(0.0);
+  double total =
+      *report_.discretisation + report_.solver.value_or(0.0) + report_.contact.value_or(0.0);
   if (asked_theory_ == Theory::kAuto) total += report_.theory.value_or(0.0);
   return total;
 }
@@ -355,6 +458,7 @@ void AccuracyLoop::Finish(const std::string& why, Answer* answer) {
   if (report_.estimate) {
     text << ", estimated error " << *report_.estimate << ": discretisation "
          << *report_.discretisation << ", solver " << report_.solver.value_or(0.0);
+    if (report_.contact) text << ", points of contact " << *report_.contact;
     if (report_.theory) {
       text << ", theory " << *report_.theory
            << (asked_theory_ == Theory::kAuto ? "" : " (not counted: the scene asks for it)");
@@ -377,6 +481,9 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
   if (IsLattice()) {
     FindMultiples();
     surface.divisions = Divisions();
+  } else if (const std::string line = MeshAdaptation::Begin(scene_.shell.thickness, &surface);
+             !line.empty()) {
+    Decide(line);
   }
   const bool chooses_theory = asked_theory_ == Theory::kAuto && !HasOutsideForces() &&
                               scene_.path.control == PathControl::kLoad;
@@ -394,9 +501,12 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
   for (int solutions = 1;;) {
     const bool first = report_.levels.empty();
     ErrorSequence sequence = sequence_;
-    sequence.Add(answer->summary.elements, ValuesOf(answer->goals), SizesOf(answer->goals));
-    report_.discretisation = sequence.Estimate();
+    Estimate(*answer, &sequence);
     const bool stopped = solver_options_.stop != nullptr && solver_options_.stop->load();
+    if (report_.discretisation && *report_.discretisation <= report_.target && !stopped &&
+        ChoosesContact() && !report_.contact) {
+      ChooseContact(answer, Since(level_start), &solutions);
+    }
     if (report_.discretisation && *report_.discretisation <= report_.target) {
       report_.solver = SolverError(answer);
     }
@@ -453,20 +563,19 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
     level_start = Clock::now();
     const double seconds = level.seconds / level.solutions;
     if (!(IsLattice() ? Grow(growth, seconds, &why) : RefineMesh(*answer, seconds, &why))) {
+      if (ChoosesContact() && !report_.contact) {
+        int& solved = report_.levels.back().solutions;
+        ChooseContact(answer, seconds, &solved);
+        report_.levels.back().seconds += Since(level_start);
+        report_.estimate = Total();
+      }
       Finish(why, answer);
       return true;
     }
-    Answer next;
-    std::string failure;
-    if (!SolveOnce(&next, &failure)) {
-      Finish("the next level failed: " + failure, answer);
+    if (!NextAnswer(answer, &why)) {
+      Finish(why, answer);
       return true;
     }
-    if (!next.summary.IsConverged()) {
-      Finish("the next level did not converge: " + next.summary.message, answer);
-      return true;
-    }
-    *answer = std::move(next);
     solutions = 1;
   }
 }

@@ -31,8 +31,11 @@ struct AccuracyLevel {
 struct AccuracyReport {
   double target = 0.0;
   // Relative errors of the goals (solver/goal_response.h), the worst of each kind, estimated:
-  std::optional<double> discretisation;  // of the last level, see ErrorSequence
+  std::optional<double> discretisation;  // of the last level, see Error- and IndicatorSequence
   std::optional<double> solver;          // where iterations ended
+  // What ever closer points of contact would change (model.contact_spacing), on meshes where
+  // fingers touch and the scene does not name it; none before discretisation is within the target.
+  std::optional<double> contact;
   // What the nonlinear theory would change (solver/theory_error.h), in the linear theory; none in
   // the nonlinear theory, and in the linear one with fingers or gas, where it is not known.
   std::optional<double> theory;
@@ -61,15 +64,19 @@ struct AccuracyOptions {
 //               once more on every other, as long as that promises something;
 //   resolution  grows by what the estimate lacks: twice the cells while the order is not known, up
 //               to four times after that;
-//   meshes      (mesh, icosphere, implicit) keep their shape, whose unknowns are refined locally
-//               where goals say so (solver/mesh_refinement.h);
+//   meshes      (mesh, implicit) keep their shape, whose unknowns are refined locally where goals
+//               say so, as far as the estimate lacks (solver/mesh_adaptation.h); a sphere
+//               (icosphere) begins coarse and gets rounder as it is refined;
+//   contact     on meshes, points of contact at half the spacing once the mesh is fine enough, and
+//               again as long as that moves the goals by more than a part of the accuracy;
 //   quadrature  of parametric surfaces: three points a triangle, or six where on the second lattice
 //               six move the goals by more than half of the estimated error.
 //
 // Ends early, and says so, where the next level has more than max_dof or does not fit into the
 // time that is left, where a level does not converge (one that has no predecessor is tried on finer
-// lattices first) and where options.stop is set. The answer is that of the finest level that
-// converged; where none did, the last one's. Times in *summary are the sums over all solutions.
+// lattices or meshes first) and where options.stop is set. The answer is that of the finest level
+// that converged; where none did, the last one's. Times in *summary are the sums over all
+// solutions.
 //
 // False and *error as of Solve. Requires scene.model.accuracy.
 bool SolveToAccuracy(const Scene& scene,

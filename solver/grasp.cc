@@ -37,6 +37,7 @@ std::unique_ptr<Grasp> Grasp::Create(const Scene& scene,
   const int size = 3 * surface.mesh().num_vertices;
   grasp->inflated_ = !Eigen::Map<const Eigen::VectorXd>(displacements, size).isZero(0.0);
   grasp->thickness_ = material.thickness;
+  grasp->spacing_ = scene.model.contact_spacing;
   grasp->specs_ = scene.fingers;
   // How far a force drives a finger is not known before. No shell gives way by more than half its
   // size without touching itself.

@@ -253,6 +253,7 @@ class Grasp {
   double* displacements_ = nullptr;
   bool inflated_ = false;  // displaced before the fingers come
   double thickness_ = 0.0;
+  double spacing_ = 0.0;  // of contact points, in radii of a finger
   double factor_ = 0.0;
   bool held_ = false;
   bool handed_over_ = false;  // blocks belong to a problem

@@ -13,9 +13,9 @@
 namespace darboux {
 namespace {
 
-// Contact points lie this part of a finger's radius apart, if elements allow.
+// Of model.contact_spacing, and of all points that a finger does not come near.
 constexpr double kSpacing = 0.3;
-constexpr int kMostParts = 6;
+constexpr int kMostParts = 6;  // of an element's edge with that spacing
 
 // Points of a triangle rule on each of parts^2 triangles of an element.
 std::vector<TrianglePoint> SubdividedRule(int parts) {
@@ -191,7 +191,10 @@ void Grasp::AddPatches(const ShellSurface& surface, int index, std::vector<Patch
     if (nearest > size + way + margin) continue;
     int parts = 3;
     if (std::isfinite(radius)) {
-      parts = std::clamp(static_cast<int>(std::ceil(size / (kSpacing * radius))), 1, kMostParts);
+      const bool is_met = nearest < size / std::sqrt(3.0) + way + 0.5 * radius;
+      const double spacing = is_met ? spacing_ : std::max(kSpacing, spacing_);
+      const int most = static_cast<int>(std::ceil(kMostParts * std::max(1.0, kSpacing / spacing)));
+      parts = std::clamp(static_cast<int>(std::ceil(size / (spacing * radius))), 1, most);
       // Where only a motion of the whole shell would lead.
       if (nearest > size + way + radius) parts = std::min(parts, 2);
     }

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -263,7 +264,59 @@ bool FindIndicators(ShellProblem* problem,
   return true;
 }
 
+// Unknowns that have been sorted by their shares of the indicators' sum: those that matter first by
+// their shares per unknown that their refinement adds, with all that has to be refined for them.
+// Next to what is fine already, or within it, refinement is cheap; around something new and small
+// it is not.
+void SortByWorth(const LoopMesh& base,
+                 const HierarchicalMesh& mesh,
+                 const std::vector<double>& share,
+                 double total,
+                 std::vector<int>* order) {
+  // Part of the sum that those make up which matter; elements of all meshes that are tried, at
+  // most.
+  constexpr double kMatters = 0.95, kMostElements = 5e4;
+  const int most = std::max(1, static_cast<int>(kMostElements / mesh.mesh().mesh.num_elements));
+  const int now = NumUnknowns(mesh);
+  std::vector<std::pair<double, int>> worth;
+  double sum = 0.0;
+  for (const int i : *order) {
+    if (!(sum < kMatters * total) || static_cast<int>(worth.size()) == most) break;
+    const HierarchicalMesh next(base, mesh.RefineSupports({i}));
+    worth.push_back({share[i] / std::max(1, NumUnknowns(next) - now), i});
+    sum += share[i];
+  }
+  std::stable_sort(
+      worth.begin(), worth.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  for (size_t k = 0; k < worth.size(); ++k) (*order)[k] = worth[k].second;
+}
+
+// The sum on the next mesh: what is refined keeps a small part, as stresses that are smooth within
+// elements fit their neighbours like the second or third power of the size.
+double ExpectedTotal(const HierarchicalMesh& mesh,
+                     const MeshRefinement& more,
+                     const std::vector<double>& indicators) {
+  constexpr double kLeft = 1.0 / 16.0;
+  double sum = 0.0;
+  for (int e = 0; e < static_cast<int>(indicators.size()); ++e) {
+    const HierarchicalMesh::Cell& cell = mesh.cell(e);
+    bool is_refined = false;
+    if (cell.level < static_cast<int>(more.refined.size())) {
+      const std::vector<std::int64_t>& refined = more.refined[cell.level];
+      is_refined = std::binary_search(refined.begin(), refined.end(), cell.triangle);
+    }
+    sum += (is_refined ? kLeft : 1.0) * indicators[e];
+  }
+  return sum;
+}
+
 }  // namespace
+
+int NumUnknowns(const HierarchicalMesh& mesh) {
+  int count = 0;
+  for (int i = 0; i < mesh.mesh().mesh.num_vertices; ++i) count += mesh.IsUnknown(i) ? 1 : 0;
+  return count;
+}
 
 bool MeshRefinementOptions::IsValid(std::string* error) const {
   if (!(fraction > 0.0 && fraction <= 1.0)) {
@@ -279,36 +332,56 @@ bool MeshRefinementOptions::IsValid(std::string* error) const {
   return true;
 }
 
+bool IndicateErrors(ShellProblem* problem,
+                    const MeshRefinementOptions& options,
+                    MeshRefinementReport* report,
+                    std::string* error) {
+  *report = MeshRefinementReport();
+  if (!options.IsValid(error)) return false;
+  if (problem->scene().surface.mesh == nullptr) {
+    *error = "found a parametric surface; allowed a mesh";
+    return false;
+  }
+  if (!FindIndicators(problem, options, report, error)) return false;
+  report->total = std::accumulate(report->indicators.begin(), report->indicators.end(), 0.0);
+  if (std::isfinite(report->total)) return true;
+  *error = "found stresses that are not finite; allowed a state that was solved";
+  return false;
+}
+
 bool MarkForRefinement(ShellProblem* problem,
                        const MeshRefinementOptions& options,
                        MeshRefinement* refinement,
                        MeshRefinementReport* report,
                        std::string* error) {
-  *report = MeshRefinementReport();
+  return IndicateErrors(problem, options, report, error) &&
+         MarkIndicated(*problem, options, report, refinement, error);
+}
+
+bool MarkIndicated(const ShellProblem& problem,
+                   const MeshRefinementOptions& options,
+                   MeshRefinementReport* report,
+                   MeshRefinement* refinement,
+                   std::string* error) {
   if (!options.IsValid(error)) return false;
-  const SurfaceSpec& spec = problem->scene().surface;
-  if (spec.mesh == nullptr) {
-    *error = "found a parametric surface; allowed a mesh";
-    return false;
-  }
-  LoopMesh base;
-  if (!MakeBaseMesh(spec, &base, error)) return false;
-  const std::unique_ptr<HierarchicalMesh> mesh = RefineBaseMesh(spec, base, error);
-  if (mesh == nullptr || !FindIndicators(problem, options, report, error)) return false;
-  report->total = std::accumulate(report->indicators.begin(), report->indicators.end(), 0.0);
-  if (!(report->total > 0.0) || !std::isfinite(report->total)) {
+  if (!(report->total > 0.0)) {
     *error = "found no stress that could tell where to refine; allowed a shell under load";
     return false;
   }
+  const SurfaceSpec& spec = problem.scene().surface;
+  LoopMesh base;
+  if (!MakeBaseMesh(spec, &base, error)) return false;
+  const std::unique_ptr<HierarchicalMesh> mesh = RefineBaseMesh(spec, base, error);
+  if (mesh == nullptr) return false;
 
   // Shares of the unknowns, each element's by their mean weights on it.
-  const ShellSurface& surface = problem->surface();
+  const ShellSurface& surface = problem.surface();
   std::vector<double> share(surface.mesh().num_vertices, 0.0);
   for (int e = 0; e < surface.num_elements(); ++e) {
     const std::vector<int>& vertices = surface.control_vertices(e);
     Eigen::VectorXd weights = Eigen::VectorXd::Zero(vertices.size());
     double area = 0.0;
-    for (const StrainPoint& p : *problem->strain_points()[e]) {
+    for (const StrainPoint& p : *problem.strain_points()[e]) {
       weights += p.area * p.weights.row(kRowValue).transpose();
       area += p.area;
     }
@@ -325,19 +398,39 @@ bool MarkForRefinement(ShellProblem* problem,
   std::sort(order.begin(), order.end(), [&](int i, int j) {
     return share[i] != share[j] ? share[i] > share[j] : i < j;
   });
-  size_t count = 0;
-  for (double sum = 0.0; count < order.size() && sum < options.fraction * report->total; ++count) {
-    sum += share[order[count]];
+  SortByWorth(base, *mesh, share, report->total, &order);
+
+  // The fewest of them that do.
+  MeshRefinement more;
+  const auto refine = [&](int count) {
+    more = mesh->RefineSupports(std::vector<int>(order.begin(), order.begin() + count));
+    more = HierarchicalMesh(base, more).refinement();
+    double sum = 0.0;
+    for (int i = 0; i < static_cast<int>(share.size()); ++i) {
+      if (share[i] > 0.0 && surface.IsActive(i) && mesh->GivesWay(i, more)) sum += share[i];
+    }
+    report->part = sum / report->total;
+    report->expected = ExpectedTotal(*mesh, more, report->indicators);
+  };
+  const auto suffices = [&] {
+    return report->part >= options.fraction || report->expected <= options.wanted;
+  };
+  int count = static_cast<int>(order.size());
+  if (count > 0) refine(count);
+  if (suffices()) {
+    int low = 0;  // too few
+    while (count - low > 1) {
+      const int middle = low + (count - low) / 2;
+      refine(middle);
+      (suffices() ? count : low) = middle;
+    }
   }
   // Fewer, by halves, where they would make too many unknowns.
   for (; count > 0; count /= 2) {
-    const HierarchicalMesh next(
-        base, mesh->RefineSupports(std::vector<int>(order.begin(), order.begin() + count)));
-    int unknowns = 0;
-    for (int i = 0; i < next.mesh().mesh.num_vertices; ++i) unknowns += next.IsUnknown(i) ? 1 : 0;
-    report->dof = 3 * unknowns;
-    report->marked = static_cast<int>(count);
-    *refinement = next.refinement();
+    refine(count);
+    report->dof = 3 * NumUnknowns(HierarchicalMesh(base, more));
+    report->marked = count;
+    *refinement = more;
     if (options.max_dof == 0 || report->dof <= options.max_dof) return true;
   }
   *error = "found no unknown that could be refined within max_dof and max_level";

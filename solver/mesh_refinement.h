@@ -32,10 +32,14 @@ namespace darboux {
 // indicators relative to their sizes. None: the primal indicator alone, squared, relative to the
 // energy, which is right for what is conjugate to the loads.
 //
-// Shares of indicators go to unknowns by their part in the partition of unity; the supports of the
-// ones with the largest shares, `fraction` of the sum (W. Doerfler, 1996), are refined.
+// Shares of indicators go to unknowns by their part in the partition of unity. Supports of unknowns
+// are refined, those with the largest shares per unknown that this adds (all that has to be refined
+// for them included) first, as many as it takes that the unknowns that give way to finer ones have
+// `fraction` of the sum (W. Doerfler, 1996), or that the sum on the next mesh is expected to be
+// `wanted`.
 struct MeshRefinementOptions {
   double fraction = 0.6;  // in (0, 1]
+  double wanted = 0.0;    // as MeshRefinementReport::total; 0: whatever it is
   bool probes = true;     // displacements of the scene's probes are quantities, all components
   bool fingers = true;    // forces of fingers, or travels
   // Not more unknowns of the next mesh (components, as ShellProblem::dof) than about this; 0: no
@@ -58,16 +62,34 @@ struct MeshRefinementReport {
   // one scene, and for stopping.
   double total = 0.0;
   int num_quantities = 0;
-  int marked = 0;  // unknowns
-  int dof = 0;     // of the next mesh
+  int marked = 0;         // unknowns
+  double part = 0.0;      // of the sum, of all unknowns that give way
+  double expected = 0.0;  // the total on the next mesh
+  int dof = 0;            // of the next mesh
 };
 
-// For SurfaceSpec::refinement of the scene solved next. The problem, of a scene of kind mesh,
-// icosphere or implicit, is in the state that Solve leaves, and stays so. The refinement is
-// that of its scene (surface.refine_near, which may stay there, included) with more, so that
-// Prolong gives a start. False and *error where there is nothing to refine: a parametric surface,
-// no stress at all, a singular tangent stiffness that duals need, no room below max_dof or
-// max_level.
+// Of one component.
+int NumUnknowns(const HierarchicalMesh& mesh);
+
+// The indicators, total and num_quantities. The problem, of a scene of kind mesh, icosphere or
+// implicit, is in the state that Solve leaves, and stays so. False and *error where there are none:
+// a parametric surface, a singular tangent stiffness that duals need.
+bool IndicateErrors(ShellProblem* problem,
+                    const MeshRefinementOptions& options,
+                    MeshRefinementReport* report,
+                    std::string* error);
+
+// With the indicators of the same problem, for SurfaceSpec::refinement of the scene solved next;
+// fills the rest of the report. The refinement is that of the problem's scene (surface.refine_near,
+// which may stay there, included) with more, so that Prolong gives a start. False and *error where
+// there is nothing to refine: no stress at all, no room below max_dof or max_level.
+bool MarkIndicated(const ShellProblem& problem,
+                   const MeshRefinementOptions& options,
+                   MeshRefinementReport* report,
+                   MeshRefinement* refinement,
+                   std::string* error);
+
+// Both.
 bool MarkForRefinement(ShellProblem* problem,
                        const MeshRefinementOptions& options,
                        MeshRefinement* refinement,

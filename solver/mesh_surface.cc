@@ -4,6 +4,8 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/sphere_fit.h"
+
 namespace darboux {
 namespace {
 
@@ -80,9 +82,16 @@ std::unique_ptr<HierarchicalMesh> MakeHierarchicalMesh(const SurfaceSpec& spec,
 std::unique_ptr<ShellSurface> MakeMeshSurface(const SurfaceSpec& spec, std::string* error) {
   LoopMesh base;
   if (!MakeBaseMesh(spec, &base, error)) return nullptr;
-  if (!IsRefinedLocally(spec)) return std::make_unique<ShellSurface>(std::move(base));
-  const std::unique_ptr<HierarchicalMesh> mesh = RefineBaseMesh(spec, base, error);
-  return mesh == nullptr ? nullptr : std::make_unique<ShellSurface>(mesh->mesh());
+  if (IsRefinedLocally(spec)) {
+    const std::unique_ptr<HierarchicalMesh> mesh = RefineBaseMesh(spec, base, error);
+    if (mesh == nullptr) return nullptr;
+    base = mesh->mesh();
+  }
+  if (spec.sphere_radius > 0.0 && !FitToSphere(spec.sphere_radius, &base)) {
+    *error = Where(spec.location) + "found a mesh that is no sphere about the origin; allowed one";
+    return nullptr;
+  }
+  return std::make_unique<ShellSurface>(std::move(base));
 }
 
 }  // namespace darboux

@@ -51,6 +51,9 @@ struct SurfaceSpec {
   // mesh, icosphere, implicit: control points of a Loop surface, or points that it passes through.
   std::shared_ptr<const TriangleMesh> mesh;
   bool interpolate = false;
+  // Where > 0 the mesh stands for a sphere about the origin: the control points, of all levels of
+  // local refinement, are those nearest to it (geometry/sphere_fit.h).
+  double sphere_radius = 0.0;
   bool is_open = true;  // has a boundary; meshes only
   // Refined locally (geometry/hierarchical_mesh.h), which leaves the rest surface as it is:
   // triangles of `mesh` and their children by their numbers, null: none; and those near points.
@@ -99,6 +102,9 @@ struct ModelSpec {
   Strains strains = Strains::kKoiter;
   int quadrature = 3;             // points per triangle: 1, 3, 6, 12
   bool quadrature_given = false;  // by the scene; else the default
+  // Points of contact lie this part of a finger's radius apart, where it comes.
+  double contact_spacing = 0.3;
+  bool contact_spacing_given = false;
   BoundaryRule boundary_rule = BoundaryRule::kIndependent;
   Unstable unstable = Unstable::kReport;
   std::optional<double> accuracy;  // target relative error of the probes

@@ -20,6 +20,8 @@ namespace {
 constexpr int kMaxSteps = 100000;
 
 const NumberRule kPoisson{"a number in (-1, 0.5]", [](double x) { return x > -1.0 && x <= 0.5; }};
+const NumberRule kSpacing{"a number from 0.02 to 1",
+                          [](double x) { return x >= 0.02 && x <= 1.0; }};
 const NumberRule kFraction{"a number in (0, 1)", [](double x) { return x > 0.0 && x < 1.0; }};
 
 // The values of an option that this version has, and those that the scene format knows besides.
@@ -235,6 +237,7 @@ bool SceneParser::ReadModel(const YamlField& field) {
                                                     "theory",
                                                     "strains",
                                                     "quadrature",
+                                                    "contact_spacing",
                                                     "boundary_rule",
                                                     "unstable",
                                                     "accuracy"})) {
@@ -259,6 +262,9 @@ bool SceneParser::ReadModel(const YamlField& field) {
       model.quadrature_given = true;
       valid = ReadInteger(entry, kQuadratureAllowed, &model.quadrature) &&
               (IsQuadrature(model.quadrature) || Fail(entry, Describe(entry), kQuadratureAllowed));
+    } else if (key == "contact_spacing") {
+      model.contact_spacing_given = true;
+      valid = ReadNumber(entry, kSpacing, &model.contact_spacing);
     } else {
       valid = ReadNumber(entry, kFraction, &model.accuracy.emplace());
     }

@@ -100,6 +100,7 @@ Json ToJson(const AccuracyReport& accuracy) {
   return {{"target", accuracy.target},
           {"estimate", Optional(accuracy.estimate)},
           {"discretisation", Optional(accuracy.discretisation)},
+          {"contact", Optional(accuracy.contact)},
           {"solver", Optional(accuracy.solver)},
           {"theory", Optional(accuracy.theory)},
           {"reached", accuracy.reached},

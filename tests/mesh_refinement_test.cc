@@ -186,6 +186,26 @@ TEST(MeshRefinementTest, KeepsToItsLimits) {
   EXPECT_EQ(error, "found no unknown that could be refined within max_dof and max_level");
 }
 
+TEST(MeshRefinementTest, RefinesWhatItTakesForTheSumThatIsWantedAndKnowsWhatIsLeft) {
+  Scene scene = SceneFromText(PatchBall(4, "probes: [{name: pole, at: {nearest: [1, 0, 0]}}]\n"));
+  const Solution solution = SolveScene(scene);
+  MeshRefinementOptions options;
+  options.fraction = 1.0;
+  const Marked all = Mark(solution.problem.get(), options);
+  int dof = all.report.dof;
+  for (const double part : {0.2, 0.5, 0.8}) {
+    options.wanted = part * all.report.total;
+    const Marked some = Mark(solution.problem.get(), options);
+    EXPECT_LE(some.report.expected, options.wanted);
+    EXPECT_LT(some.report.dof, dof);
+    dof = some.report.dof;
+    scene.surface.refinement = std::make_shared<const MeshRefinement>(some.refinement);
+    const double total = Mark(SolveScene(scene).problem.get()).report.total;
+    EXPECT_LT(total, 2.0 * some.report.expected) << part;
+    EXPECT_GT(total, 0.3 * some.report.expected) << part;
+  }
+}
+
 TEST(MeshRefinementTest, ContainsWhatTheSceneRefinesNearPoints) {
   Scene scene = SceneFromText(PatchBall(4));
   RefineNearSpec near;

@@ -200,7 +200,11 @@ std::vector<Mistake> Mistakes() {
       {"ModelKey",
        Edit("theory: linear", "teory: linear"),
        "17: model.teory: found an unknown key; allowed minimizer | theory | strains | "
-       "quadrature | boundary_rule | unstable | accuracy; did you mean 'theory'?"},
+       "quadrature | contact_spacing | boundary_rule | unstable | accuracy; did you mean "
+       "'theory'?"},
+      {"ContactSpacing",
+       Edit("theory: linear", "contact_spacing: 0.01"),
+       "17: model.contact_spacing: found 0.01; allowed a number from 0.02 to 1"},
       {"MinimizerTypo",
        Edit("minimizer: ceres", "minimizer: cere"),
        "16: model.minimizer: found 'cere'; allowed auto | mip | ceres | cg; did you mean 'ceres'?"},
