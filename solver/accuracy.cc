@@ -143,6 +143,7 @@ class AccuracyLoop {
   const Theory asked_theory_;
   const Clock::time_point start_;
   ErrorSequence sequence_, before_;  // of lattices, with and without the last level
+  SurfaceSpec own_surface_;          // of the scene
   MeshAdaptation meshes_;
   std::string no_indicators_;  // why there are none of the last mesh; empty: there are
   std::vector<std::string> decisions_;
@@ -188,7 +189,14 @@ bool AccuracyLoop::SolveOnce(Answer* answer, std::string* error) {
 
 AccuracyLoop::Outcome AccuracyLoop::FirstAnswer(Answer* answer, std::string* error) {
   for (int tries = 1;; ++tries) {
-    if (!SolveOnce(answer, error)) return Outcome::kFailed;
+    if (!SolveOnce(answer, error)) {
+      // What is well posed on the scene's own mesh need not be on another: loads balance to
+      // the digits of their integration.
+      if (scene_.surface.sphere_radius == own_surface_.sphere_radius) return Outcome::kFailed;
+      Decide("surface: the scene's own after all: " + *error);
+      scene_.surface = own_surface_;
+      if (!SolveOnce(answer, error)) return Outcome::kFailed;
+    }
     if (answer->summary.IsConverged()) return Outcome::kContinue;
     std::string why;
     if (tries == kFirstTries || !GrowFailed(*answer, &why)) {
@@ -476,6 +484,7 @@ void AccuracyLoop::Finish(const std::string& why, Answer* answer) {
 
 bool AccuracyLoop::Run(Answer* answer, std::string* error) {
   SurfaceSpec& surface = scene_.surface;
+  own_surface_ = surface;
   proportion_ = static_cast<double>(surface.divisions[0]) / surface.divisions[1];
   cells_ = std::min(kFirstCells, static_cast<double>(surface.divisions[0]) * surface.divisions[1]);
   if (IsLattice()) {
