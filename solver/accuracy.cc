@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -30,6 +31,7 @@ constexpr double kSafety = 0.8;       // aim below the target
 constexpr double kTheoryShare = 0.5;  // of the target
 constexpr double kQuadratureShare = 0.5;
 constexpr double kContactShare = 0.25;
+constexpr int kStalled = 4;  // levels of meshes in a row whose estimates are above an earlier one
 constexpr double kLeastSpacing = 0.05;  // of points of contact
 // Time of a level by its number of unknowns.
 constexpr double kTimeOrder = 1.2;
@@ -145,6 +147,8 @@ class AccuracyLoop {
   ErrorSequence sequence_, before_;  // of lattices, with and without the last level
   SurfaceSpec own_surface_;          // of the scene
   MeshAdaptation meshes_;
+  double least_estimate_ = std::numeric_limits<double>::infinity();
+  int stalled_ = 0;            // levels since
   std::string no_indicators_;  // why there are none of the last mesh; empty: there are
   std::vector<std::string> decisions_;
   std::string theory_reason_;
@@ -370,6 +374,16 @@ bool AccuracyLoop::Grow(double factor, double seconds, std::string* why) {
 bool AccuracyLoop::RefineMesh(const Answer& answer, double seconds, std::string* why) {
   if (!no_indicators_.empty()) {
     *why = no_indicators_;
+    return false;
+  }
+  if (report_.discretisation && !(*report_.discretisation >= least_estimate_)) {
+    least_estimate_ = *report_.discretisation;
+    stalled_ = 0;
+  } else if (report_.discretisation && ++stalled_ == kStalled) {
+    std::ostringstream text;
+    text << "estimates do not fall below " << least_estimate_
+         << ": what is asked for may have no limit, as where single points are clamped";
+    *why = text.str();
     return false;
   }
   const double others = report_.contact.value_or(0.0);
