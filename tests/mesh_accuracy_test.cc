@@ -182,6 +182,19 @@ TEST(MeshAccuracyTest, AFreeShellWhoseLoadsOnlyBalanceOnItsOwnMeshKeepsIt) {
   EXPECT_LT(error, 5e-5);
 }
 
+TEST(MeshAccuracyTest, WhereEstimatesDoNotFallAnyMoreARunEnds) {
+  // A clamped point has no limit that refinement around it would lead to.
+  std::string text = kPatches;
+  text.insert(text.find("loads:"),
+              "supports: [{on: {near: [0, 0, -1], radius: 0}, clamped: true}]\n");
+  Scene scene = SceneFromText(text);
+  scene.model.accuracy = 3e-4;
+  const Refined refined = Refine(scene);
+  EXPECT_FALSE(refined.report.reached);
+  EXPECT_THAT(refined.report.message, HasSubstr("estimates do not fall below"));
+  EXPECT_LT(refined.summary.dof, 20000);
+}
+
 TEST(MeshAccuracyTest, WithoutRoomForItAMeshThatDoesNotConvergeIsTheAnswer) {
   Scene scene = SceneFromText(Ball("2.5", "0.5", "4", 1));
   scene.model.accuracy = 0.03;
