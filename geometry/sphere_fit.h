@@ -11,8 +11,9 @@ namespace darboux {
 //
 //   integral of |sum_i N_i(p) c_i - T(p)|^2 dA,
 //
-// one sparse solve. The error of a sphere in the norm falls like the fourth power of the edges.
-// False where the system is singular or the surface comes near the origin.
+// one sparse solve. Distances from the sphere fall like the fourth power of the edges, also where
+// these are shorter by local refinement. False where the system is singular or the surface passes
+// through the origin.
 bool FitToSphere(double radius, LoopMesh* mesh);
 
 }  // namespace darboux

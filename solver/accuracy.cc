@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -30,6 +31,7 @@ constexpr double kSafety = 0.8;       // aim below the target
 constexpr double kTheoryShare = 0.5;  // of the target
 constexpr double kQuadratureShare = 0.5;
 constexpr double kContactShare = 0.25;
+constexpr int kStalled = 4;  // levels of meshes in a row whose estimates are above an earlier one
 constexpr double kLeastSpacing = 0.05;  // of points of contact
 // Time of a level by its number of unknowns.
 constexpr double kTimeOrder = 1.2;
@@ -143,7 +145,10 @@ class AccuracyLoop {
   const Theory asked_theory_;
   const Clock::time_point start_;
   ErrorSequence sequence_, before_;  // of lattices, with and without the last level
+  SurfaceSpec own_surface_;          // of the scene
   MeshAdaptation meshes_;
+  double least_estimate_ = std::numeric_limits<double>::infinity();
+  int stalled_ = 0;            // levels since
   std::string no_indicators_;  // why there are none of the last mesh; empty: there are
   std::vector<std::string> decisions_;
   std::string theory_reason_;
@@ -188,7 +193,14 @@ bool AccuracyLoop::SolveOnce(Answer* answer, std::string* error) {
 
 AccuracyLoop::Outcome AccuracyLoop::FirstAnswer(Answer* answer, std::string* error) {
   for (int tries = 1;; ++tries) {
-    if (!SolveOnce(answer, error)) return Outcome::kFailed;
+    if (!SolveOnce(answer, error)) {
+      // What is well posed on the scene's own mesh need not be on another: loads balance to
+      // the digits of their integration.
+      if (scene_.surface.sphere_radius == own_surface_.sphere_radius) return Outcome::kFailed;
+      Decide("surface: the scene's own after all: " + *error);
+      scene_.surface = own_surface_;
+      if (!SolveOnce(answer, error)) return Outcome::kFailed;
+    }
     if (answer->summary.IsConverged()) return Outcome::kContinue;
     std::string why;
     if (tries == kFirstTries || !GrowFailed(*answer, &why)) {
@@ -364,6 +376,16 @@ bool AccuracyLoop::RefineMesh(const Answer& answer, double seconds, std::string*
     *why = no_indicators_;
     return false;
   }
+  if (report_.discretisation && !(*report_.discretisation >= least_estimate_)) {
+    least_estimate_ = *report_.discretisation;
+    stalled_ = 0;
+  } else if (report_.discretisation && ++stalled_ == kStalled) {
+    std::ostringstream text;
+    text << "estimates do not fall below " << least_estimate_
+         << ": what is asked for may have no limit, as where single points are clamped";
+    *why = text.str();
+    return false;
+  }
   const double others = report_.contact.value_or(0.0);
   const double wanted = std::max(kSafety * report_.target - others, 0.1 * report_.target);
   SurfaceSpec surface = scene_.surface;
@@ -476,6 +498,7 @@ void AccuracyLoop::Finish(const std::string& why, Answer* answer) {
 
 bool AccuracyLoop::Run(Answer* answer, std::string* error) {
   SurfaceSpec& surface = scene_.surface;
+  own_surface_ = surface;
   proportion_ = static_cast<double>(surface.divisions[0]) / surface.divisions[1];
   cells_ = std::min(kFirstCells, static_cast<double>(surface.divisions[0]) * surface.divisions[1]);
   if (IsLattice()) {

@@ -46,6 +46,14 @@ std::string Ball(const char* thickness,
   return text;
 }
 
+// A free ball squeezed by Gaussian tractions, in the linear theory.
+constexpr char kPatches[] =
+    "name: patch-ball\nsurface: {kind: icosphere, radius: 1, frequency: 12}\n"
+    "shell: {thickness: 0.05, young_modulus: 1.0e6, poisson_ratio: 0.3}\n"
+    "model: {theory: linear}\n"
+    "loads: [{kind: traction, force: [\"-sign(x)*exp(-10*(y*y+z*z))\", \"0\", \"0\"]}]\n"
+    "probes: [{name: pole, at: {nearest: [1, 0, 0]}}]\n";
+
 struct Case {
   const char* name;
   std::string text;  // empty: data/NAME.yaml
@@ -121,8 +129,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"thin ball", Ball("0.5", "2", "2"), 3e-3, "fingers.top.normal_force", 0.012397, 2800},
         Case{"wide fingers", Ball("2.5", "6", "2"), 1e-2, "fingers.top.normal_force", 0.7052, 1100},
         Case{"wide fingers", Ball("2.5", "6", "2"), 3e-3, "fingers.top.normal_force", 0.7052, 1400},
-        Case{"tennis_ball_patches", "", 1e-2, "probes.equator", 0.10757921834906689, 2000},
-        Case{"tennis_ball_patch_45mm", "", 1e-2, "fingers.top.normal_force", 1.2525, 1500}));
+        Case{"tennis_ball_patches", "", 1e-2, "probes.equator", 0.10757921834906689, 2000}));
 
 TEST(MeshAccuracyTest, TheTennisBallTakesAThirdOfTheUniformUnknownsForOnePercent) {
   // Uniform meshes of frequency 7 and 8: 1,476 dof, 1.4 %, and 1,926 dof, 0.6 %.
@@ -132,8 +139,10 @@ TEST(MeshAccuracyTest, TheTennisBallTakesAThirdOfTheUniformUnknownsForOnePercent
   options.max_dof = c.most_dof;
   const Refined refined = Refine(scene, options);
   EXPECT_LE(refined.summary.dof, c.most_dof);
-  EXPECT_LE(ErrorOf(c, scene, refined.summary), c.accuracy);
-  EXPECT_GE(*refined.report.estimate, ErrorOf(c, scene, refined.summary));
+  const double error = ErrorOf(c, scene, refined.summary);
+  std::printf("  %d dof: error %.2e\n", refined.summary.dof, error);
+  EXPECT_LE(error, c.accuracy);
+  EXPECT_GE(*refined.report.estimate, error);
 }
 
 TEST(MeshAccuracyTest, AFirstMeshThatAFingerPassesThroughIsRefinedEverywhere) {
@@ -158,6 +167,32 @@ TEST(MeshAccuracyTest, AMeshWithAnEquilibriumAtPartOfTheLoadIsRefinedWhereThatNe
   EXPECT_THAT(refined.summary.decisions,
               Contains(HasSubstr("resolution: finer where its last equilibrium needs it, as the "
                                  "scene does not converge on 276 dof")));
+}
+
+TEST(MeshAccuracyTest, AFreeShellWhoseLoadsOnlyBalanceOnItsOwnMeshKeepsIt) {
+  // No edges along the mirror plane of the loads at odd frequencies.
+  Scene scene = SceneFromText(kPatches);
+  scene.model.accuracy = 1e-3;
+  const Refined refined = Refine(scene);
+  ASSERT_TRUE(refined.report.reached) << refined.report.message;
+  EXPECT_EQ(refined.report.levels[0].dof, 3 * 1442);
+  EXPECT_THAT(refined.summary.decisions, Contains(HasSubstr("surface: the scene's own after all")));
+  // Frequency 36: -1.746596e-5.
+  const double error = std::abs(refined.summary.probes[0].displacement.x() / -1.746596e-5 - 1.0);
+  EXPECT_LT(error, 5e-5);
+}
+
+TEST(MeshAccuracyTest, WhereEstimatesDoNotFallAnyMoreARunEnds) {
+  // A clamped point has no limit that refinement around it would lead to.
+  std::string text = kPatches;
+  text.insert(text.find("loads:"),
+              "supports: [{on: {near: [0, 0, -1], radius: 0}, clamped: true}]\n");
+  Scene scene = SceneFromText(text);
+  scene.model.accuracy = 3e-4;
+  const Refined refined = Refine(scene);
+  EXPECT_FALSE(refined.report.reached);
+  EXPECT_THAT(refined.report.message, HasSubstr("estimates do not fall below"));
+  EXPECT_LT(refined.summary.dof, 20000);
 }
 
 TEST(MeshAccuracyTest, WithoutRoomForItAMeshThatDoesNotConvergeIsTheAnswer) {
@@ -185,7 +220,7 @@ TEST(MeshAccuracyTest, AMeshThatIsNoSphereOrThatTheSceneRefinesKeepsItsShape) {
   other = surface;
   EXPECT_THAT(MeshAdaptation::Begin(2.5, &other), HasSubstr("begins with frequency 3"));
   EXPECT_EQ(other.mesh->vertices.size(), 92u);
-  EXPECT_EQ(other.sphere_radius, 31.25);
+  EXPECT_NEAR(other.sphere_radius, 31.25, 1e-12);
   // Thin: dents are smaller.
   other = surface;
   EXPECT_THAT(MeshAdaptation::Begin(0.5, &other), HasSubstr("begins with frequency 4"));

@@ -3,12 +3,10 @@
 // Sample run: tests/mesh_refinement_benchmark --frequency=4 --steps=5 data/tennis_ball.yaml
 #include <gflags/gflags.h>
 
-#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <memory>
 #include <string>
-#include <sstream>
 
 #include "geometry/icosphere.h"
 #include "solver/mesh_refinement.h"
@@ -20,9 +18,8 @@ DEFINE_int32(steps, 5, "Refinements.");
 DEFINE_double(fraction, 0.6, "Of the indicators' sum that is refined.");
 DEFINE_bool(goals, true, "Fingers and probes are quantities; false: the primal indicator alone.");
 DEFINE_bool(probes, true, "Probes are quantities.");
-DEFINE_double(grade, 0.0, "experiment");
-DEFINE_string(near, "", "experiment: radii");
-DEFINE_bool(sphere, false, "The control points are fitted to the sphere.");
+DEFINE_bool(sphere, false, "The control points are fitted to the sphere, as model.accuracy does.");
+DEFINE_double(contact_spacing, 0.0, "Of points of contact, in place of the scene's; 0: as it is.");
 DEFINE_int32(max_dof, 0, "Stops there; 0: no limit.");
 
 namespace darboux {
@@ -38,31 +35,10 @@ int Run(const std::string& file) {
     return 1;
   }
   if (FLAGS_frequency > 0 && scene.surface.kind == "icosphere") {
-    TriangleMesh mesh = MakeIcosphere(scene.surface.mesh->vertices.front().norm(), FLAGS_frequency);
-    SmoothOnSphere(10, &mesh);
-    for (auto& x : mesh.vertices) {
-      const double r = x.norm(), h = M_PI / 2, th = std::acos(std::min(1.0, std::abs(x.z()) / r)) / h;
-      const double q = h * ((1.0 - FLAGS_grade) * th + FLAGS_grade * th * th);
-      const double rho = std::hypot(x.x(), x.y());
-      if (rho < 1e-9) continue;
-      const double sx = x.x() / rho, sy = x.y() / rho, sz = x.z() >= 0 ? 1 : -1;
-      x = r * Eigen::Vector3d(std::sin(q) * sx, std::sin(q) * sy, sz * std::cos(q));
-    }
-    scene.surface.mesh = std::make_shared<const TriangleMesh>(mesh);
+    scene.surface.mesh = std::make_shared<const TriangleMesh>(
+        MakeSmoothIcosphere(scene.surface.mesh->vertices.front().norm(), FLAGS_frequency));
   }
-  {
-    std::stringstream in(FLAGS_near);
-    std::string r;
-    for (int l = 1; std::getline(in, r, ','); ++l) {
-      for (double z : {31.25, -31.25}) {
-        RefineNearSpec near;
-        near.center = {0, 0, z};
-        near.radius = std::stod(r);
-        near.levels = l;
-        scene.surface.refine_near.push_back(near);
-      }
-    }
-  }
+  if (FLAGS_contact_spacing > 0.0) scene.model.contact_spacing = FLAGS_contact_spacing;
   if (FLAGS_sphere) scene.surface.sphere_radius = scene.surface.mesh->vertices.front().norm();
   SolverOptions options;
   options.num_threads = 1;
