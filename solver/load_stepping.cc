@@ -17,8 +17,8 @@ constexpr double kSmallestStep = 1.0 / 300.0;
 // Steps that take no more iterations than this grow.
 constexpr int kFewIterations = 8;
 // States between fingers without friction that are only passed on the way to one asked for: their
-// relative gradient, and the iterations that then are few. Looser than 1e-6 a duck went astray.
-constexpr double kPassing = 1e-6;
+// gradient in tolerances, and the iterations that then are few. Looser than 1e-6 a duck went astray.
+constexpr double kPassing = 10.0;
 constexpr int kFewPassing = 6;
 
 }  // namespace
@@ -195,7 +195,7 @@ bool LoadStepping::AdvanceMixed(double target, Result* result) {
     const bool passes = grasp != nullptr && !last && !problem_->effect(Effect::kFriction).on &&
                         !grasp->has_unknown_travels();
     MixedIteration::Options to = options;
-    if (passes) to.gradient_tolerance = std::max(options.gradient_tolerance, kPassing);
+    if (passes) to.gradient_tolerance *= kPassing;
     MixedIteration::Summary summary = mixed_->Solve(to);
     if (grasp != nullptr) SettleGrasp(to, last, &summary);
     if (summary.converged && grasp != nullptr && grasp->has_unknown_travels()) {

@@ -39,6 +39,7 @@ struct FaceSamples {
   PointTree tree;
 };
 
+// Moves a scan so that it lies on a face, by robust least squares from a pose of departure.
 class ScanAligner {
  public:
   // samples: in place of feet; or null.
@@ -52,6 +53,7 @@ class ScanAligner {
   // Feet in the trial's pose; those it has are hints.
   void FindFeet(PoseTrial* trial) const;
 
+  // How long and how robustly.
   struct Schedule {
     int iterations = 20;
     double first_factor = 1.0;  // of sigma, halved until it is 1: graduated non-convexity
