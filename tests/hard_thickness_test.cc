@@ -172,7 +172,7 @@ TEST(HemisphereTest, LockingFallsWithTheFifthPowerOfTheCells) {
 TEST(HemisphereTest, BeyondDoublePrecisionIsSaid) {
   bool refused = false;
   double previous = 0.0;
-  for (const int n : {64, 96, 112}) {
+  for (const int n : {64, 96, 112, 144}) {
     const Solution solution = Hemisphere(1e-5, n);
     if (!solution.summary.IsConverged()) {
       EXPECT_THAT(solution.summary.message, HasSubstr("relative gradient"));
