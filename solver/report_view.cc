@@ -316,7 +316,9 @@ void AddShellView(const ReportShape& shape, Report* report) {
   Json& probes = view["probes"] = Json::array();
   for (size_t p = 0; p < scene.probes.size(); ++p) {
     const ElementPoint at = Resolve(scene.probes[p].at, problem.surface());
-    Json displacement = {Numbers(Eigen::Vector3d::Zero())};
+    // Not in braces, which are a copy of their one element to some compilers and a list to others.
+    Json displacement = Json::array();
+    displacement.push_back(Numbers(Eigen::Vector3d::Zero()));
     const std::vector<int>& vertices = problem.surface().control_vertices(at.element);
     const Eigen::VectorXd weights = problem.surface().ValueWeights(at);
     for (const ReportState* state : states) {

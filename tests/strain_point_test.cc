@@ -24,10 +24,10 @@ RestJet RestOf(const SurfaceJet& jet) {
   return {jet.x, jet.x_u, jet.x_v, jet.x_uu, jet.x_uv, jet.x_vv};
 }
 
-// No basis functions: geometry alone.
+// A basis function that is nothing: geometry alone.
 StrainPoint Geometry(const ParametricSurface& surface, double u, double v, double turn = 0.0) {
   return MakeStrainPoint(RestOf(surface.Evaluate(u, v)),
-                         BasisMatrix::Zero(6, 0),
+                         BasisMatrix::Zero(6, 1),
                          {std::cos(turn), std::sin(turn)},
                          1.0);
 }
@@ -93,7 +93,7 @@ TEST(StrainPointTest, FrameIsOrthonormalAndRightHanded) {
 TEST(StrainPointTest, AreaIsTheWeightedAreaElement) {
   // R^2 cos v du dv on the sphere.
   const StrainPoint p = MakeStrainPoint(
-      RestOf(MakeSphere(2.0)->Evaluate(0.3, 0.9)), BasisMatrix::Zero(6, 0), {1.0, 0.0}, 0.25);
+      RestOf(MakeSphere(2.0)->Evaluate(0.3, 0.9)), BasisMatrix::Zero(6, 1), {1.0, 0.0}, 0.25);
   EXPECT_NEAR(p.area, 0.25 * 4.0 * std::cos(0.9), 1e-15);
 }
 
@@ -236,7 +236,7 @@ TEST(StrainPointDeathTest, DegenerateSurfacesAreABrokenInvariant) {
   // The pole of the sphere in its own parameters, without rounding: x_u = 0.
   RestJet pole = RestOf(MakeSphere(1.0)->Evaluate(0.0, 0.5 * M_PI));
   pole.x_s.setZero();
-  EXPECT_DEATH(MakeStrainPoint(pole, BasisMatrix::Zero(6, 0), {1.0, 0.0}, 1.0), "degenerates");
+  EXPECT_DEATH(MakeStrainPoint(pole, BasisMatrix::Zero(6, 1), {1.0, 0.0}, 1.0), "degenerates");
 }
 
 // ------------------------------------------------------------------------------------------------
