@@ -16,16 +16,17 @@ constexpr int kPadding = kPaddedHalf - kHalf;
 // Four doubles; memory need not be aligned for them.
 typedef double Lanes __attribute__((vector_size(kLanes * sizeof(double))));
 
+struct Arrays {
+  int num_vertices, num_points, stride;
+  const double *weights, *points;
+  double *half, *result;
+};
+
 // half[q][j] = sum_c w_q,jc M_q(:, c): three columns of a point's matrix for each c.
 // result[j][b][a][i] = sum_q,d half[q][j][b][d][a] w_q,id, from the block of four that has i = j
 // on.
-inline __attribute__((always_inline)) void Multiply(int num_vertices,
-                                                    int num_points,
-                                                    int stride,
-                                                    const double* weights,
-                                                    const double* points,
-                                                    double* half,
-                                                    double* result) {
+inline __attribute__((always_inline)) void MultiplyArrays(const Arrays& arrays) {
+  const auto [num_vertices, num_points, stride, weights, points, half, result] = arrays;
   for (int q = 0; q < num_points; ++q) {
     const double* const m = points + q * (kInputs * kInputs + kPadding);
     const double* const w = weights + q * kVectors * stride;
@@ -61,29 +62,15 @@ inline __attribute__((always_inline)) void Multiply(int num_vertices,
   }
 }
 
-using Products = void (*)(int, int, int, const double*, const double*, double*, double*);
-
-void ForAnyProcessor(int num_vertices,
-                     int num_points,
-                     int stride,
-                     const double* weights,
-                     const double* points,
-                     double* half,
-                     double* result) {
-  Multiply(num_vertices, num_points, stride, weights, points, half, result);
-}
+void ForAnyProcessor(const Arrays& arrays) { MultiplyArrays(arrays); }
 
 #if defined(__x86_64__)
-__attribute__((target("avx2,fma"))) void ForFmaProcessor(int num_vertices,
-                                                         int num_points,
-                                                         int stride,
-                                                         const double* weights,
-                                                         const double* points,
-                                                         double* half,
-                                                         double* result) {
-  Multiply(num_vertices, num_points, stride, weights, points, half, result);
+__attribute__((target("avx2,fma"))) void ForFmaProcessor(const Arrays& arrays) {
+  MultiplyArrays(arrays);
 }
 #endif
+
+using Products = void (*)(const Arrays&);
 
 Products ForThisProcessor() {
 #if defined(__x86_64__)
@@ -116,13 +103,13 @@ void ElementProduct::SetPoint(int q, const StrainPoint& point, const PointMatrix
 
 void ElementProduct::Multiply() {
   static const Products products = ForThisProcessor();
-  products(num_vertices_,
-           num_points_,
-           stride_,
-           weights_.data(),
-           points_.data(),
-           half_.data(),
-           result_.data());
+  products({num_vertices_,
+            num_points_,
+            stride_,
+            weights_.data(),
+            points_.data(),
+            half_.data(),
+            result_.data()});
 }
 
 }  // namespace darboux

@@ -212,7 +212,9 @@ Eigen::Vector3d GraspQuality::Centroid(bool deformed) const {
 
 void GraspQuality::Record(TangentStiffness* tangent, bool is_result) {
   if (!integrates_ && !is_result && problem_->load_factor() != 0.0) return;
-  if (last_.displacements.size() > 0 && last_.displacements == problem_->displacements()) return;
+  const bool is_again =
+      last_.displacements.size() > 0 && last_.displacements == problem_->displacements();
+  if (is_again && (last_.has_stiffness || !is_result)) return;
   Sample now;
   now.displacements = problem_->displacements();
   const std::vector<FingerReport> fingers = problem_->grasp()->Report(1.0);
@@ -225,11 +227,11 @@ void GraspQuality::Record(TangentStiffness* tangent, bool is_result) {
     now.travel[i] = fingers[i].travel;
     now.force[i] = by_travel[i].energy;
   }
-  now.begins = problem_->load_factor() == 0.0;
+  now.begins = problem_->load_factor() == 0.0 || (is_again && last_.begins);
   if (last_.displacements.size() == 0) cholesky_->Analyze(tangent->matrix());
   const auto stiffness = now.begins && now.force.isZero(0.0) ? TouchStiffness : GraspStiffness;
-  if ((integrates_ || is_result) &&
-      !stiffness(problem_, tangent, cholesky_.get(), &now.stiffness)) {
+  now.has_stiffness = integrates_ || is_result;
+  if (now.has_stiffness && !stiffness(problem_, tangent, cholesky_.get(), &now.stiffness)) {
     now.stiffness.resize(0, 0);
   }
   if (now.begins) {

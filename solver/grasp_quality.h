@@ -88,8 +88,9 @@ class GraspQuality {
   struct Sample {
     Eigen::Matrix3Xd displacements;
     Eigen::VectorXd travel, force;
-    Eigen::MatrixXd stiffness;  // empty: singular
-    bool begins = false;        // load factor zero
+    bool has_stiffness = false;  // it was asked for
+    Eigen::MatrixXd stiffness;   // empty: not asked for, or singular
+    bool begins = false;         // load factor zero
   };
   Eigen::Vector3d Centroid(bool deformed) const;
 

@@ -11,6 +11,7 @@
 
 #include "geometry/icosphere.h"
 #include "solver/goal_response.h"
+#include "tests/refine_util.h"
 #include "tests/solve_util.h"
 
 namespace darboux {
@@ -28,21 +29,6 @@ supports: [{on: rim, clamped: true}]
 loads: [{kind: normal_traction, value: 1}]
 probes: [{name: centre, at: {uv: [50, 50]}}, {name: quarter, at: {uv: [25, 50]}}]
 )";
-
-struct Refined {
-  std::unique_ptr<ShellProblem> problem;
-  SolverSummary summary;
-  AccuracyReport report;
-};
-
-Refined Refine(const Scene& scene, AccuracyOptions options = {}, SolverOptions solver = {}) {
-  Refined refined;
-  std::string error;
-  EXPECT_TRUE(SolveToAccuracy(
-      scene, solver, options, &refined.problem, &refined.summary, &refined.report, &error))
-      << error;
-  return refined;
-}
 
 // A scene of data/ without what its author chose for accuracy.
 Scene Unrefined(const char* name, double accuracy) {

@@ -210,6 +210,24 @@ TEST(GraspStiffnessTest, OfASlidingFingerIsThatOfDifferences) {
   EXPECT_NEAR(stiffness(0, 0), expected, 1e-3 * expected);
 }
 
+// The state asked for is the one the way begins with.
+TEST(GraspStiffnessTest, IsThatOfFirstTouchWhereNothingMoves) {
+  const Scene scene = Ball({0.0, 0.0});
+  const Solution solution = SolveScene(scene);
+  const Solution integrated = SolveScene(WithNil(scene));
+  const Eigen::MatrixXd& stiffness = GraspOf(solution).stiffness;
+  ASSERT_EQ(stiffness.rows(), 2);
+  EXPECT_EQ(stiffness, GraspOf(integrated).stiffness);
+  EXPECT_EQ(GraspOf(solution).squeeze_work, 0.0);
+  // The ball between two fingers is two springs in a row: both matter alike.
+  EXPECT_GT(stiffness(0, 0), 0.0);
+  EXPECT_NEAR(stiffness(0, 1), stiffness(0, 0), 1e-6 * stiffness(0, 0));
+  // A dent of 2 % of the thickness, which softens the ball a little, hardly differs.
+  const double after = GraspOf(SolveScene(Ball({0.05, 0.05}))).stiffness(0, 0);
+  EXPECT_LT(after, stiffness(0, 0));
+  EXPECT_NEAR(after, stiffness(0, 0), 0.02 * stiffness(0, 0));
+}
+
 // ---- Work -----------------------------------------------------------------------------------
 
 TEST(SqueezeWorkTest, WithoutFrictionIsStored) {

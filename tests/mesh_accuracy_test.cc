@@ -12,6 +12,7 @@
 #include "solver/accuracy.h"
 #include "solver/goal_response.h"
 #include "solver/mesh_adaptation.h"
+#include "tests/refine_util.h"
 #include "tests/solve_util.h"
 
 namespace darboux {
@@ -64,21 +65,6 @@ struct Case {
 };
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name << " to " << c.accuracy; }
-
-struct Refined {
-  std::unique_ptr<ShellProblem> problem;
-  SolverSummary summary;
-  AccuracyReport report;
-};
-
-Refined Refine(const Scene& scene, AccuracyOptions options = {}, SolverOptions solver = {}) {
-  Refined refined;
-  std::string error;
-  EXPECT_TRUE(SolveToAccuracy(
-      scene, solver, options, &refined.problem, &refined.summary, &refined.report, &error))
-      << error;
-  return refined;
-}
 
 Scene SceneOf(const Case& c) {
   Scene scene =
