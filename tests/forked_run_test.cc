@@ -12,21 +12,13 @@
 #include <string>
 #include <vector>
 
+#include "tests/sanitizer_util.h"
+
 namespace darboux {
 namespace {
 
 // AddressSanitizer keeps a byte for every eight.
-#if defined(__SANITIZE_ADDRESS__)
-constexpr double kBytesPerByte = 1.125;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer)
-constexpr double kBytesPerByte = 1.125;
-#else
-constexpr double kBytesPerByte = 1.0;
-#endif
-#else
-constexpr double kBytesPerByte = 1.0;
-#endif
+constexpr double kBytesPerByte = kAddressSanitizer ? 1.125 : 1.0;
 
 using Status = ForkedOutcome::Status;
 

@@ -16,6 +16,7 @@
 #include "geometry/mesh_repair.h"
 #include "geometry/mesh_topology.h"
 #include "tests/mesh_util.h"
+#include "tests/sanitizer_util.h"
 
 namespace darboux {
 namespace {

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "tests/mesh_util.h"
+#include "tests/sanitizer_util.h"
 #include "tests/temporary_folder.h"
 
 namespace darboux {

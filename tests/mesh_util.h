@@ -91,13 +91,6 @@ inline double Volume(const TriangleMesh& mesh) {
 // Of this process; a busy machine does not count.
 inline double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-// What sanitizers and builds without optimisation are allowed on top.
-#if defined(__SANITIZE_ADDRESS__) || !defined(__OPTIMIZE__)
-constexpr double kSlowdown = 20.0;
-#else
-constexpr double kSlowdown = 1.0;
-#endif
-
 // m cells around, n across, radii 1 to 2 in the plane z = 0: two boundary loops.
 inline TriangleMesh Annulus(int m, int n) {
   TriangleMesh mesh;

@@ -16,6 +16,7 @@
 #include "geometry/loop_mesh.h"
 #include "geometry/shell_surface.h"
 #include "tests/mesh_util.h"
+#include "tests/sanitizer_util.h"
 
 namespace darboux {
 namespace {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "tests/mesh_util.h"
+#include "tests/sanitizer_util.h"
 
 namespace darboux {
 namespace {
