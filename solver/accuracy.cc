@@ -26,8 +26,10 @@ constexpr int kFirstTries = 4, kTries = 3;          // where a level does not co
 constexpr double kWorthwhile = 1.5, kSettled = 0.1;
 constexpr double kMostSkew = 2.0;  // of the proportion at a time
 constexpr double kLeastGrowth = 1.25, kUnknownGrowth = 2.0, kMostGrowth = 4.0;
+constexpr double kSmallGrowth = 1.05;  // where little lacks
 constexpr double kLastGrowth = 1.02;  // where max_dof allows no more
-constexpr double kSafety = 0.8;       // aim below the target
+// Aim and end below the target: estimates are short of the error by up to a third.
+constexpr double kSafety = 0.75;
 constexpr double kTheoryShare = 0.5;  // of the target
 constexpr double kQuadratureShare = 0.5;
 constexpr double kContactShare = 0.25;
@@ -108,9 +110,9 @@ class AccuracyLoop {
   void ChooseContact(Answer* answer, double seconds, int* solutions);
   // The answers of one more level, and what they say of its error.
   void Estimate(const Answer& answer, ErrorSequence* sequence);
-  // scene_ with more cells. False and *why where there is no room for them. Meshes are refined by
-  // what the problem of their last answer says.
-  bool Grow(double factor, double seconds, std::string* why);
+  // scene_ with more cells, by `least` or more. False and *why where there is no room for them.
+  // Meshes are refined by what the problem of their last answer says.
+  bool Grow(double factor, double least, double seconds, std::string* why);
   bool RefineMesh(const Answer& answer, double seconds, std::string* why);
   bool HasTime(double seconds, std::string* why) const;
   std::optional<double> Total() const;
@@ -220,7 +222,7 @@ bool AccuracyLoop::GrowFailed(const Answer& answer, std::string* why) {
     return false;
   }
   std::string where = "everywhere";
-  if (IsLattice() ? !Grow(kUnknownGrowth, 0.0, why)
+  if (IsLattice() ? !Grow(kUnknownGrowth, kLeastGrowth, 0.0, why)
                   : !meshes_.RefineFailed(answer.problem.get(), &scene_.surface, &where, why)) {
     return false;
   }
@@ -347,13 +349,13 @@ void AccuracyLoop::ChooseQuadrature(const Answer& answer, double estimate) {
   Decide(line.str());
 }
 
-bool AccuracyLoop::Grow(double factor, double seconds, std::string* why) {
+bool AccuracyLoop::Grow(double factor, double least, double seconds, std::string* why) {
   SurfaceSpec& surface = scene_.surface;
   const double present = static_cast<double>(surface.divisions[0]) * surface.divisions[1];
   // Rounding to whole numbers may give the same lattice again.
   cells_ *= factor;
   std::array<int, 2> next = Divisions();
-  while (next[0] * next[1] < kLeastGrowth * present && cells_ < 2.0 * factor * present) {
+  while (next[0] * next[1] < least * present && cells_ < 2.0 * factor * present) {
     cells_ *= 1.1;
     next = Divisions();
   }
@@ -526,7 +528,7 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
     ErrorSequence sequence = sequence_;
     Estimate(*answer, &sequence);
     const bool stopped = solver_options_.stop != nullptr && solver_options_.stop->load();
-    if (report_.discretisation && *report_.discretisation <= report_.target && !stopped &&
+    if (report_.discretisation && *report_.discretisation <= kSafety * report_.target && !stopped &&
         ChoosesContact() && !report_.contact) {
       ChooseContact(answer, Since(level_start), &solutions);
     }
@@ -535,9 +537,10 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
     }
     report_.estimate = Total();
     report_.reached = report_.estimate && *report_.estimate <= report_.target;
+    const bool enough = report_.reached && *report_.estimate <= kSafety * report_.target;
     // As many cells, better placed?
     const int most = first ? kFirstSolutions : kSolutions;
-    const bool improved = !report_.reached && !stopped && ImproveLattice(answer);
+    const bool improved = !enough && !stopped && ImproveLattice(answer);
     if (improved && solutions < most) {
       Answer next;
       std::string failure;
@@ -563,7 +566,7 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
     sequence_ = sequence;
     report_.levels.push_back(level);
     if (options_.on_level) options_.on_level(level);
-    if (report_.reached) {
+    if (enough) {
       Finish("", answer);
       return true;
     }
@@ -572,25 +575,29 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
       return true;
     }
 
-    double growth = kUnknownGrowth;
+    double growth = kUnknownGrowth, least = kLeastGrowth;
     if (sequence_.Order()) {
       const double room = kSafety * report_.target -
                           (asked_theory_ == Theory::kAuto ? report_.theory.value_or(0.0) : 0.0);
       const double lacks = *report_.discretisation / std::max(room, 0.1 * report_.target);
-      growth = std::clamp(std::pow(lacks, 1.0 / *sequence_.Order()), kLeastGrowth, kMostGrowth);
+      growth = std::min(std::pow(lacks, 1.0 / *sequence_.Order()), kMostGrowth);
+      // Grow compares answers of meshes that hardly differ with the one before.
+      if (before_.num_levels() >= 2) least = kSmallGrowth;
     }
+    growth = std::max(growth, least);
     if (IsLattice() && report_.levels.size() == 2) {
       ChooseQuadrature(*answer, *report_.discretisation);
     }
     std::string why;
     level_start = Clock::now();
     const double seconds = level.seconds / level.solutions;
-    if (!(IsLattice() ? Grow(growth, seconds, &why) : RefineMesh(*answer, seconds, &why))) {
+    if (!(IsLattice() ? Grow(growth, least, seconds, &why) : RefineMesh(*answer, seconds, &why))) {
       if (ChoosesContact() && !report_.contact) {
         int& solved = report_.levels.back().solutions;
         ChooseContact(answer, seconds, &solved);
         report_.levels.back().seconds += Since(level_start);
         report_.estimate = Total();
+        report_.reached = report_.estimate && *report_.estimate <= report_.target;
       }
       Finish(why, answer);
       return true;

@@ -62,8 +62,8 @@ struct AccuracyOptions {
 //               grading, cells are moved where the error comes from and their numbers along u and v
 //               balanced (solver/adaptive_grading.h), up to three times on the first lattice and
 //               once more on every other, as long as that promises something;
-//   resolution  grows by what the estimate lacks: twice the cells while the order is not known, up
-//               to four times after that;
+//   resolution  grows by what the estimate lacks to 0.75 of the accuracy: twice the cells while the
+//               order is not known, up to four times after that;
 //   meshes      (mesh, implicit) keep their shape, whose unknowns are refined locally where goals
 //               say so, as far as the estimate lacks (solver/mesh_adaptation.h); a sphere
 //               (icosphere) begins coarse and gets rounder as it is refined;
@@ -74,7 +74,8 @@ struct AccuracyOptions {
 //
 // Ends early, and says so, where the next level has more than max_dof or does not fit into the
 // time that is left, where a level does not converge (one that has no predecessor is tried on finer
-// lattices or meshes first) and where options.stop is set. The answer is that of the finest level
+// lattices or meshes first) and where options.stop is set; what is estimated within the accuracy
+// then is reached all the same. The answer is that of the finest level
 // that converged; where none did, the last one's. Times in *summary are the sums over all
 // solutions.
 //

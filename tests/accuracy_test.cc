@@ -73,7 +73,7 @@ TEST_P(EffectivityTest, EstimateIsTheErrorWithinAFactor) {
               *refined.report.discretisation,
               effectivity);
   EXPECT_GE(effectivity, 0.3);
-  EXPECT_LE(error, 1.1 * accuracy);
+  EXPECT_LE(error, accuracy);
   // Where the error changes its sign on the way it is smaller than any estimate by chance.
   const std::string which = name;
   const bool by_chance = accuracy < 1e-3 && which == "expression_cylinder.yaml";
