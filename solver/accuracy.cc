@@ -12,6 +12,7 @@
 #include "solver/error_sequence.h"
 #include "solver/goal_response.h"
 #include "solver/mesh_adaptation.h"
+#include "solver/mesh_surface.h"
 #include "solver/minimisation.h"
 #include "solver/theory_error.h"
 
@@ -27,7 +28,7 @@ constexpr double kWorthwhile = 1.5, kSettled = 0.1;
 constexpr double kMostSkew = 2.0;  // of the proportion at a time
 constexpr double kLeastGrowth = 1.25, kUnknownGrowth = 2.0, kMostGrowth = 4.0;
 constexpr double kSmallGrowth = 1.05;  // where little lacks
-constexpr double kLastGrowth = 1.02;  // where max_dof allows no more
+constexpr double kLastGrowth = 1.02;   // where max_dof allows no more
 // Aim and end below the target: estimates are short of the error by up to a third.
 constexpr double kSafety = 0.75;
 constexpr double kTheoryShare = 0.5;  // of the target
@@ -93,8 +94,11 @@ class AccuracyLoop {
  private:
   enum class Outcome { kDone, kContinue, kFailed };
 
-  // Solves scene_; the times go to the sums.
-  bool SolveOnce(Answer* answer, std::string* error);
+  // Solves scene_, from an answer on a coarser mesh or with other points of contact where there is
+  // one; the times go to the sums.
+  bool SolveOnce(Answer* answer, std::string* error, const Answer* before = nullptr);
+  // What `before` is on the present mesh; empty where it is no start.
+  Eigen::Matrix3Xd StartFrom(const Answer& before) const;
   // The first level on which the scene converges.
   Outcome FirstAnswer(Answer* answer, std::string* error);
   // Where the scene does not converge: finer. False and *why where there is no room.
@@ -179,9 +183,26 @@ void AccuracyLoop::FindMultiples() {
   }
 }
 
-bool AccuracyLoop::SolveOnce(Answer* answer, std::string* error) {
+Eigen::Matrix3Xd AccuracyLoop::StartFrom(const Answer& before) const {
+  // Friction depends on the way.
+  if (IsLattice() || !before.problem->nonlinear() || scene_.steps > 1 ||
+      scene_.path.control != PathControl::kLoad || before.problem->effect(Effect::kFriction).on) {
+    return Eigen::Matrix3Xd();
+  }
+  std::string error;
+  const auto coarse = MakeHierarchicalMesh(before.problem->scene().surface, &error);
+  const auto fine = MakeHierarchicalMesh(scene_.surface, &error);
+  if (coarse == nullptr || fine == nullptr ||
+      coarse->mesh().mesh.num_vertices != before.problem->displacements().cols()) {
+    return Eigen::Matrix3Xd();
+  }
+  return coarse->Prolong(before.problem->displacements(), *fine);
+}
+
+bool AccuracyLoop::SolveOnce(Answer* answer, std::string* error, const Answer* before) {
   Answer result;
   SolverOptions options = solver_options_;
+  if (before != nullptr) options.initial_displacements = StartFrom(*before);
   if (options.time_limit_s > 0.0) {
     options.time_limit_s = std::max(options.time_limit_s - Since(start_), 1e-3);
   }
@@ -234,7 +255,7 @@ bool AccuracyLoop::GrowFailed(const Answer& answer, std::string* why) {
 bool AccuracyLoop::NextAnswer(Answer* answer, std::string* why) {
   for (int tries = 1;; ++tries) {
     Answer next;
-    if (!SolveOnce(&next, why)) {
+    if (!SolveOnce(&next, why, answer)) {
       *why = "the next level failed: " + *why;
       return false;
     }
@@ -423,7 +444,7 @@ void AccuracyLoop::ChooseContact(Answer* answer, double seconds, int* solutions)
     spacing *= 0.5;
     Answer finer;
     std::string failure;
-    if (!SolveOnce(&finer, &failure) || !finer.summary.IsConverged()) {
+    if (!SolveOnce(&finer, &failure, answer) || !finer.summary.IsConverged()) {
       spacing *= 2.0;
       return;
     }

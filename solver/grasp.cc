@@ -174,7 +174,7 @@ void Grasp::SetState(const State& state) {
   SetPenalty(state.penalty);
 }
 
-bool Grasp::Update(bool fine) {
+bool Grasp::Update(bool fine, double stiffer) {
   std::vector<std::vector<ContactState>> all;
   double penetration = 0.0, change = 0.0, total = 0.0, virtual_gap = 0.0, pressure = 0.0;
   std::vector<char> touching;
@@ -209,7 +209,6 @@ bool Grasp::Update(bool fine) {
   // Points share a load that the shell hardly tells apart: there an update changes little. Not
   // while points come and go: the stiffer, the more they do.
   constexpr double kSlow = 0.1, kStiffest = 1e4;
-  const double stiffer = fine ? 100.0 : 10.0;
   if (open && violation > kSlow * violation_ && touching == touching_ &&
       state_.penalty < kStiffest) {
     SetPenalty(stiffer * state_.penalty);

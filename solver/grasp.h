@@ -158,9 +158,9 @@ class Grasp {
 
   // Multipliers <- pressures, friction <- present normal forces. Returns whether that changed
   // anything that matters: penetration above what is allowed, or friction not settled. fine: gaps
-  // in contact must be nil on the average as well. Where the points in contact stay the same, the
-  // penalty grows with updates that gain little.
-  bool Update(bool fine);
+  // in contact must be nil on the average as well. Where the points in contact stay the same,
+  // updates that gain little make the penalty `stiffer` times as large.
+  bool Update(bool fine, double stiffer = 10.0);
   // After the last update: the penalty is as at first, pressures stay.
   void Settle();
   // Friction <- present normal forces, whatever they are.

@@ -17,7 +17,8 @@ constexpr double kSmallestStep = 1.0 / 300.0;
 // Steps that take no more iterations than this grow.
 constexpr int kFewIterations = 8;
 // States between fingers without friction that are only passed on the way to one asked for: their
-// gradient in tolerances, and the iterations that then are few. Looser than 1e-6 a duck went astray.
+// gradient in tolerances, and the iterations that then are few. Looser than 1e-6 a duck went
+// astray.
 constexpr double kPassing = 10.0;
 constexpr int kFewPassing = 6;
 
@@ -96,8 +97,10 @@ void LoadStepping::SettleGrasp(const MixedIteration::Options& options,
   summary->message = grasp->Fault();
   summary->converged = summary->message.empty();
   if (!fine || !summary->converged) return;
-  // The last digits, which contact points that come and go do not allow.
+  // The last digits. Where contact points come and go with a penalty that grows fast it grows more
+  // slowly, or not at all.
   constexpr int kMaxFineUpdates = 6;
+  constexpr double kStiffer[] = {100.0, 10.0, 1.0};
   // Stiff contact has much rounding in it.
   constexpr double kFineGradient = 1e-9;
   MixedIteration::Options few = options;
@@ -106,12 +109,33 @@ void LoadStepping::SettleGrasp(const MixedIteration::Options& options,
   const State coarse = Present();
   State finest = coarse;
   const MixedIteration::Summary before = *summary;
-  for (int update = 0; update < kMaxFineUpdates && grasp->Update(true); ++update) {
-    again(few, true);
-    if (!summary->converged) break;
-    finest = Present();
+  // Those that end well are nearer after two iterations.
+  constexpr int kHopeless = 3;
+  int evaluations = 0;
+  double first = 0.0, last = 0.0;
+  few.on_iteration = [&](int iteration, double energy, double relative_gradient) {
+    if (evaluations++ == 0) first = relative_gradient;
+    last = relative_gradient;
+    if (options.on_iteration) options.on_iteration(iteration, energy, relative_gradient);
+  };
+  few.stop = [&] {
+    return (evaluations >= kHopeless && last > first) || (options.stop && options.stop());
+  };
+  for (const double stiffer : kStiffer) {
+    bool settles = true;
+    for (int update = 0; update < kMaxFineUpdates && grasp->Update(true, stiffer); ++update) {
+      evaluations = 0;
+      again(few, true);
+      settles = summary->converged;
+      if (!settles) break;
+      finest = Present();
+    }
+    Restore(finest);
+    summary->stopped = options.stop && options.stop();
+    if (settles || summary->stopped) break;
   }
-  Restore(finest);
+  few.on_iteration = options.on_iteration;
+  few.stop = options.stop;
   grasp->Settle();
   few.gradient_tolerance = options.gradient_tolerance;
   again(few, true);
@@ -351,7 +375,9 @@ bool LoadStepping::AdvanceFromStart(double factor, Result* result) {
   line << "from the given start: " << summary.iterations << " iterations, ";
   const double found = energy();
   const int negative_modes = summary.converged ? mixed_->FactorizeHessian() : -1;
-  const bool accepted = summary.converged && negative_modes == 0 && found <= undeformed;
+  // Undeformed, the shell would be inside of the fingers: its energy says nothing.
+  const bool accepted =
+      summary.converged && negative_modes == 0 && (grasp != nullptr || found <= undeformed);
   if (!summary.converged) {
     line << summary.message << "; from rest instead";
   } else if (!accepted) {

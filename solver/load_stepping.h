@@ -44,8 +44,9 @@ class LoadStepping {
     linear_multipliers_ = multipliers;
   }
   // Control displacements to start from instead of rest. Where they lead to no equilibrium, or to
-  // one that is unstable or has more energy than the undeformed shell, that is noted, and the
-  // answer is what is found from rest. contact: multipliers of contact there, or none.
+  // one that is unstable or (without fingers) has more energy than the undeformed shell, that is
+  // noted, and the answer is what is found from rest. contact: multipliers of contact there, or
+  // none.
   void SetStart(const Eigen::Matrix3Xd& displacements, const std::vector<double>& contact) {
     start_ = displacements;
     start_contact_ = contact;

@@ -6,16 +6,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "geometry/icosphere.h"
 #include "tests/solve_util.h"
 
 namespace darboux {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 struct Budget {
   const char* file;
@@ -135,6 +139,21 @@ TEST(MixedIterationTest, StartThatLeadsElsewhereIsNamed) {
   const Solution solution = SolveScene(strip, options);
   ASSERT_FALSE(solution.summary.decisions.empty());
   EXPECT_THAT(solution.summary.decisions.front(), HasSubstr("from the given start"));
+}
+
+// Between fingers the undeformed shell has no energy, as nothing touches it.
+TEST(MixedIterationTest, AGraspStartsFromItsAnswer) {
+  Scene scene = SceneFromData("tennis_ball.yaml");
+  scene.surface.mesh = std::make_shared<const TriangleMesh>(MakeSmoothIcosphere(31.25, 4));
+  const Solution from_rest = SolveScene(scene);
+  SolverOptions options;
+  options.initial_displacements = from_rest.problem->displacements();
+  const Solution again = SolveScene(scene, options);
+  EXPECT_THAT(again.summary.decisions.front(),
+              AllOf(HasSubstr("from the given start"), Not(HasSubstr("from rest instead"))));
+  EXPECT_LT(again.summary.iterations, 0.5 * from_rest.summary.iterations);
+  const double force = from_rest.summary.steps.back().fingers[0].force.norm();
+  EXPECT_NEAR(again.summary.steps.back().fingers[0].force.norm(), force, 1e-5 * force);
 }
 
 TEST(MixedIterationTest, StartOfTheWrongSizeIsRefused) {
