@@ -1,6 +1,7 @@
 #include "solver/calibration.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "solver/calibration_run.h"
 
@@ -61,6 +62,13 @@ bool Calibrate(const CalibrationSpec& spec,
         // Gas is for the nonlinear theory: what it does before fingers come is not small.
         return model->summary().theory == Theory::kNonlinear && FindGas(model->scene()) == nullptr;
       });
+  for (const std::unique_ptr<StateModel>& model : used) {
+    const std::optional<Resolution>& resolution = model->summary().resolution;
+    const std::string complaint = resolution ? resolution->Complaint() : "";
+    if (!complaint.empty()) {
+      summary->notes.push_back("scene " + model->scene().name + ": " + complaint);
+    }
+  }
   if (spec.compare_linear && nonlinear && summary->IsConverged() &&
       summary->Find(StateParameter::kYoungModulus) != nullptr) {
     CalibrationSpec linear = spec;

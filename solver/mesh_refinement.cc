@@ -10,138 +10,13 @@
 
 #include "solver/equilibrium_response.h"
 #include "solver/mesh_surface.h"
+#include "solver/stress_recovery.h"
 #include "solver/tangent_stiffness.h"
 
 namespace darboux {
 namespace {
 
 using StressField = TangentStiffness::StressField;
-
-// Elements around each element: those that share a corner, hanging ones included, and itself.
-std::vector<std::vector<int>> Neighbourhoods(const ShellSurface& surface) {
-  std::vector<std::vector<int>> of_corner(surface.num_corners());
-  const auto for_each_corner = [&surface](int e, const auto& use) {
-    for (int k = 0; k < 3; ++k) {
-      use(surface.Corner(e, k));
-      if (surface.HangingCorner(e, k) >= 0) use(surface.HangingCorner(e, k));
-    }
-  };
-  for (int e = 0; e < surface.num_elements(); ++e) {
-    for_each_corner(e, [&](int corner) { of_corner[corner].push_back(e); });
-  }
-  std::vector<std::vector<int>> result(surface.num_elements());
-  for (int e = 0; e < surface.num_elements(); ++e) {
-    for_each_corner(e, [&](int corner) {
-      result[e].insert(result[e].end(), of_corner[corner].begin(), of_corner[corner].end());
-    });
-    std::sort(result[e].begin(), result[e].end());
-    result[e].erase(std::unique(result[e].begin(), result[e].end()), result[e].end());
-  }
-  return result;
-}
-
-// Recovery of the stresses around every element of a problem.
-class Recovery {
- public:
-  explicit Recovery(const ShellProblem& problem)
-      : problem_(problem), neighbourhoods_(Neighbourhoods(problem.surface())) {
-    first_.push_back(0);
-    for (const auto& points : problem.strain_points()) {
-      first_.push_back(first_.back() + static_cast<int>(points->size()));
-    }
-  }
-
-  // e_K of each element, for stress resultants times the area of each quadrature point.
-  std::vector<double> Norms(const StressField& stresses) const {
-    std::vector<double> norms(problem_.surface().num_elements());
-    for (size_t e = 0; e < norms.size(); ++e) norms[e] = Norm(static_cast<int>(e), stresses);
-    return norms;
-  }
-
- private:
-  static constexpr int kTerms = 6;  // of the polynomial, quadratic; linear where points are few
-  static constexpr int kLinear = 3;
-
-  double Norm(int element, const StressField& stresses) const {
-    const auto& points = problem_.strain_points();
-    const StrainPoint& frame = points[element]->front();
-    Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    double area = 0.0;
-    for (const StrainPoint& p : *points[element]) {
-      center += p.area * p.position;
-      area += p.area;
-    }
-    center /= area;
-    const double size = std::sqrt(area);
-    int count = 0;
-    for (const int e : neighbourhoods_[element]) count += static_cast<int>(points[e]->size());
-    const int num_terms = count < 2 * kTerms ? kLinear : kTerms;
-    const auto terms = [&](const StrainPoint& p) {
-      const Eigen::Vector3d d = (p.position - center) / size;
-      const double x = d.dot(frame.t1), y = d.dot(frame.t2);
-      Eigen::Matrix<double, kTerms, 1> f;
-      f << 1.0, x, y, x * x, x * y, y * y;
-      f.tail(kTerms - num_terms).setZero();
-      return f;
-    };
-    Eigen::Matrix<double, kTerms, kTerms> normal = Eigen::Matrix<double, kTerms, kTerms>::Zero();
-    Eigen::Matrix<double, kTerms, 6> right = Eigen::Matrix<double, kTerms, 6>::Zero();
-    for (const int e : neighbourhoods_[element]) {
-      for (size_t k = 0; k < points[e]->size(); ++k) {
-        const StrainPoint& p = (*points[e])[k];
-        const auto f = terms(p);
-        normal += p.area * f * f.transpose();
-        right += f * Turned(p, frame, stresses[first_[e] + k]).transpose();
-      }
-    }
-    normal.diagonal().tail(kTerms - num_terms).setOnes();
-    const Eigen::Matrix<double, kTerms, 6> fit = normal.ldlt().solve(right);
-    double sum = 0.0;
-    for (size_t k = 0; k < points[element]->size(); ++k) {
-      const StrainPoint& p = (*points[element])[k];
-      const Eigen::Matrix<double, 6, 1> off =
-          Turned(p, frame, stresses[first_[element] + k]) / p.area - fit.transpose() * terms(p);
-      sum += p.area * Energy(off);
-    }
-    return std::sqrt(std::max(0.0, sum));
-  }
-
-  // Components (11, 22, 12) in the axes of `frame`, turned in the tangent plane (a transport along
-  // the surface: normals change by an element's curvature only).
-  static TangentStiffness::Stress Turned(const StrainPoint& p,
-                                         const StrainPoint& frame,
-                                         const TangentStiffness::Stress& stress) {
-    const double x = p.t1.dot(frame.t1) + p.t2.dot(frame.t2);
-    const double y = p.t1.dot(frame.t2) - p.t2.dot(frame.t1);
-    const double length = std::hypot(x, y);
-    if (!(length > 0.0)) return stress;
-    const double c = x / length, s = y / length;
-    TangentStiffness::Stress result;
-    for (const int k : {0, 3}) {
-      const double a = stress[k], b = stress[k + 1], d = stress[k + 2];
-      result[k] = c * c * a + s * s * b - 2.0 * c * s * d;
-      result[k + 1] = s * s * a + c * c * b + 2.0 * c * s * d;
-      result[k + 2] = c * s * (a - b) + (c * c - s * s) * d;
-    }
-    return result;
-  }
-
-  // Twice the complementary energy per area, in the units of the problem.
-  double Energy(const TangentStiffness::Stress& stress) const {
-    const Material& material = problem_.scaled_material();
-    const double nu = material.poisson_ratio;
-    const auto part = [&](int k, double stiffness) {
-      const double a = stress[k], b = stress[k + 1], d = stress[k + 2];
-      return (a * a + b * b - 2.0 * nu * a * b + 2.0 * (1.0 + nu) * d * d) /
-             ((1.0 - nu * nu) * stiffness);
-    };
-    return part(0, material.MembraneStiffness()) + part(3, material.BendingStiffness());
-  }
-
-  const ShellProblem& problem_;
-  const std::vector<std::vector<int>> neighbourhoods_;
-  std::vector<int> first_;  // point of each element
-};
 
 // Right-hand sides of dual problems with what they are divided by.
 struct Quantity {
@@ -202,8 +77,8 @@ bool FindIndicators(ShellProblem* problem,
     *error = "found strains that are not defined; allowed a state that was solved";
     return false;
   }
-  const Recovery recovery(*problem);
-  const std::vector<double> primal = recovery.Norms(stresses);
+  const StressRecovery recovery(*problem);
+  const std::vector<double> primal = recovery.Norms(stresses, options.num_threads);
   report->indicators.assign(primal.size(), 0.0);
 
   std::vector<Quantity> quantities;
@@ -256,7 +131,7 @@ bool FindIndicators(ShellProblem* problem,
     StressField dual;
     tangent.LinearisedStresses(scale * z, &dual);
     for (size_t k = 0; k < dual.size(); ++k) dual[k] -= stresses[k];
-    const std::vector<double> norms = recovery.Norms(dual);
+    const std::vector<double> norms = recovery.Norms(dual, options.num_threads);
     for (size_t e = 0; e < norms.size(); ++e) {
       report->indicators[e] += primal[e] * norms[e] / (scale * quantity.size);
     }

@@ -285,6 +285,11 @@ void Finish(ShellProblem* problem,
   }
 
   FindExtremes(*problem, options.num_threads, summary);
+  summary->resolution = CheckResolution(*problem, options.num_threads);
+  if (summary->resolution) {
+    const std::string complaint = summary->resolution->Complaint();
+    if (!complaint.empty()) summary->decisions.push_back(complaint);
+  }
 }
 
 // Better a message now than the kernel's kill signal after minutes.

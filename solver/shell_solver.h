@@ -13,6 +13,7 @@
 
 #include "solver/grasp_quality.h"
 #include "solver/iteration_log.h"
+#include "solver/resolution.h"
 #include "solver/scene.h"
 #include "solver/shell_problem.h"
 #include "solver/sparse_cholesky.h"
@@ -122,6 +123,8 @@ struct SolverSummary {
   double max_rotation = 0.0;         // rad, of the normal
   double gradient_norm = 0.0;        // relative, see SolverOptions
   double force_balance = 0.0;        // resultant of loads and reactions, relative
+  // Whether the mesh can show this state; what is wrong with it is one of the decisions.
+  std::optional<Resolution> resolution;
   std::vector<LoadStep> steps;
   std::vector<IterationReport> iteration_history;  // all of them, those of failed steps too
   std::vector<std::string> decisions;              // what the solver chose and why, one line each

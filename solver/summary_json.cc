@@ -243,6 +243,11 @@ nlohmann::ordered_json MakeSummaryJson(const Scene& scene,
     if (last.negative_modes) stability["negative_modes"] = *last.negative_modes;
     if (last.softness) stability["softness"] = *last.softness;
   }
+  json["resolution"] = {{"roughness", nullptr}, {"turn", nullptr}};
+  if (summary.resolution) {
+    json["resolution"] = {{"roughness", summary.resolution->roughness},
+                          {"turn", summary.resolution->turn}};
+  }
   json["free_motions"] = summary.free_motions;
   json["decisions"] = summary.decisions;
   json["kept_factors"] = summary.kept_factors;

@@ -343,6 +343,27 @@ TEST_F(DarbouxDeformTest, AccuracyIsReportedAndDecidesTheStatus) {
   EXPECT_THAT(Stderr(), HasSubstr("warning: accuracy 1e-14 not reached"));
 }
 
+TEST_F(DarbouxDeformTest, AMeshThatLocksIsNoSuccess) {
+  const std::string scene = Write(
+      "thin.yaml",
+      "name: thin\n"
+      "surface: {kind: cylinder, radius: 300, u: [0, 300], v: [0, pi/2], divisions: [16, 16]}\n"
+      "shell: {thickness: 0.03, young_modulus: 3.0e6, poisson_ratio: 0.3}\n"
+      "model: {theory: linear}\n"
+      "supports:\n"
+      "  - {on: u_min, fix: [y, z]}\n"
+      "  - {on: u_max, symmetry: x}\n"
+      "  - {on: v_min, symmetry: y}\n"
+      "  - {on: v_max, symmetry: z}\n"
+      "loads: [{kind: point, at: {uv: [300, 0]}, force: [0, 0, -0.25]}]\n");
+  EXPECT_EQ(Run({scene, OutFlag(), "--quiet"}), 1);
+  EXPECT_EQ(Summary()["converged"], true);
+  EXPECT_GT(Summary()["resolution"]["roughness"].get<double>(), 0.25);
+  EXPECT_THAT(Stderr(), HasSubstr("warning: the mesh does not resolve the answer"));
+  EXPECT_EQ(Run({scene, OutFlag(), "--quiet", "--divisions=80,80"}), 0) << Stderr();
+  EXPECT_EQ(Stderr(), "");
+}
+
 // ---- Meshes ------------------------------------------------------------------------------------
 
 std::vector<std::string> BrokenMeshes() {
@@ -400,7 +421,11 @@ TEST_F(DarbouxDeformTest, MeshesThatCanBeMendedRunWithRepair) {
       EXPECT_FALSE(fs::exists(Out())) << name;
       continue;
     }
-    EXPECT_EQ(status, 0) << name << ": " << Stderr();
+    // What is left of some is a handful of triangles.
+    const bool is_coarse =
+        Stderr().find("warning: the mesh does not resolve the answer") != std::string::npos;
+    EXPECT_EQ(status, is_coarse ? 1 : 0) << name << ": " << Stderr();
+    EXPECT_EQ(Summary()["converged"], true) << name;
     run.insert(name);
     ExpectCompleteResults(1);
     // What was mended is said first, and kept.

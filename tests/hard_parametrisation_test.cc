@@ -69,7 +69,7 @@ probes: [{name: centre, at: {nearest: [0.5, 0.5, 0]}}]
 
 // A clamped parallelogram of 5 degrees does not fill a square; the sheared strip that does is a
 // cylinder: x along its axis and with the angle, period and all.
-double HarmonicError(double shear, int n) {
+double HarmonicError(double shear, int n, Resolution* resolution = nullptr) {
   const Solution solution =
       SolveScene(SceneFromText(Fill(R"yaml(
 name: sheared
@@ -82,6 +82,7 @@ loads: [{kind: normal_traction, value: "cos(2*(v + $s*u/300))*sin(pi*u/600)"}]
 probes: [{name: top, at: {nearest: [300, 0, 300]}}]
 )yaml",
                                     {{"s", shear}, {"n", 1.0 * n}, {"m", 3.0 * n}})));
+  if (resolution != nullptr) *resolution = *solution.summary.resolution;
   // W = 6.857928392136e-2: closed form of data/cylinder_harmonic.yaml, linear Koiter theory.
   return std::abs(std::abs(solution.Probe().z()) / 6.857928392136e-2 - 1.0);
 }
@@ -93,9 +94,14 @@ TEST(HardParametrisationTest, ShearedCylinderIsTheCylinder) {
   EXPECT_LE(half, 1e-2);
   Measured("parametrisation: cylinder, 45 degrees, 24 x 72", half);
   const double steep = 1.0 / std::tan(5.0 * M_PI / 180.0);
-  const double coarse = HarmonicError(steep, 32), fine = HarmonicError(steep, 64);
+  Resolution locked, doubtful;
+  const double coarse = HarmonicError(steep, 32, &locked);
+  const double fine = HarmonicError(steep, 64, &doubtful);
   EXPECT_LE(fine, coarse / 6.0);  // locking of cells that run around the cylinder
   EXPECT_LE(fine, 0.15);
+  // And the solver says so.
+  EXPECT_FALSE(locked.IsSufficient());
+  EXPECT_THAT(doubtful.Complaint(), HasSubstr("a coarse mesh"));
   Measured("parametrisation: cylinder, 5 degrees, 32 x 96", coarse);
   Measured("parametrisation: cylinder, 5 degrees, 64 x 192", fine);
 }

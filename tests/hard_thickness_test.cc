@@ -148,6 +148,7 @@ TEST(HemisphereTest, OnePercentTakesTwiceTheCellsForATenthOfTheThickness) {
         c.thickness < 1.0 ? HemisphereAt(c.thickness) : Hemisphere(1.0, 32).Probe().x();
     const double error = std::abs(solution.Probe().x() / expected - 1.0);
     EXPECT_LE(error, 0.01) << c.thickness;
+    EXPECT_EQ(solution.summary.resolution->Complaint(), "") << c.thickness;
     Measured("thickness: hemisphere, R/h = " + Text(10.0 / c.thickness) + ", error at dof " +
                  std::to_string(solution.summary.dof),
              error);
@@ -182,6 +183,7 @@ TEST(HemisphereTest, BeyondDoublePrecisionIsSaid) {
     EXPECT_FALSE(refused) << n << ": a finer mesh is no better off";
     EXPECT_GT(solution.Probe().x(), previous);  // towards the limit, from below
     EXPECT_LT(solution.Probe().x(), HemisphereAt(1e-5));
+    EXPECT_NE(solution.summary.resolution->Complaint(), "") << n;
     previous = solution.Probe().x();
   }
   EXPECT_TRUE(refused);

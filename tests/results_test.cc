@@ -352,6 +352,7 @@ TEST_F(ResultsTest, SummaryHasTheKeysOfTheContractInItsOrder) {
                           "load_steps",
                           "limit_points",
                           "stability",
+                          "resolution",
                           "free_motions",
                           "decisions",
                           "kept_factors",

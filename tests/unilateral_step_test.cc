@@ -71,11 +71,11 @@ TEST_F(UnilateralStepTest, AFactorWithOtherPointsInContactServesAsWell) {
   bool valid = false;
   Step(nullptr, &at_rest, &valid);
   ASSERT_GT(at_rest.size(), 8u);
-  // Every third of them stops to push, by its multiplier; others push harder.
+  // Every seventh of them stops to push, by its multiplier; others push harder.
   Grasp::State state = problem_->grasp()->state();
   for (size_t k = 0; k < at_rest.size(); ++k) {
     double& multiplier = state.multipliers[at_rest[k]];
-    multiplier = k % 3 == 0 ? -10.0 * (1.0 + multiplier) : 1.3 * multiplier;
+    multiplier = k % 7 == 0 ? -10.0 * (1.0 + multiplier) : 1.1 * multiplier;
   }
   problem_->grasp()->SetState(state);
   const Eigen::VectorXd chord = Step(&at_rest, &fewer, &valid);

@@ -5,8 +5,9 @@
 //   darboux_deform data/pinched_cylinder.yaml --out=pinched --export=inp,csv,npz
 //
 // Exit status: 0 converged, and every `expect` of the scene holds; 1 not converged, an `expect`
-// fails, model.accuracy is not reached, interrupted, or the results could not be written; 2 bad
-// input, with nothing written. SIGINT and SIGTERM stop the solver; what it has reached is written.
+// fails, model.accuracy is not reached, the mesh does not resolve the answer, interrupted, or the
+// results could not be written; 2 bad input, with nothing written. SIGINT and SIGTERM stop the
+// solver; what it has reached is written.
 //
 // The expectations of a scene are stated for its own settings. Where flags override these, they
 // are evaluated all the same and decide about the exit status; the report says so.
@@ -69,7 +70,9 @@ constexpr HelpItem kExitStatuses[] = {
     {"0", "converged, and every expectation of the scene holds"},
     {"1",
      "not converged or interrupted (the last state is written and marked), an expectation fails, "
-     "model.accuracy is not reached, or results cannot be written"},
+     "model.accuracy is not reached, the mesh does not resolve the answer (resolution.roughness "
+     "above "
+     "0.25 in summary.json), or results cannot be written"},
     {"2", "bad input: one line on stderr says where and what is allowed; nothing is written"}};
 
 constexpr HelpItem kExamples[] = {
@@ -267,6 +270,9 @@ int Run(int argc, char** argv) {
     complain("not converged: " + results.summary["message"].get<std::string>());
   }
   if (refines && !accuracy.reached) complain("warning: " + accuracy.message);
+  if (results.converged && summary.resolution && !summary.resolution->IsSufficient()) {
+    complain("warning: " + summary.resolution->Complaint());
+  }
   for (const ExpectResult& result : results.expectations) {
     if (!result.holds) complain("expectation " + FormatExpectation(result));
   }
