@@ -66,7 +66,8 @@ struct AccuracyOptions {
 //               order is not known, up to four times after that;
 //   meshes      (mesh, implicit) keep their shape, whose unknowns are refined locally where goals
 //               say so, as far as the estimate lacks (solver/mesh_adaptation.h); a sphere
-//               (icosphere) begins coarse and gets rounder as it is refined;
+//               (icosphere) begins coarse and gets rounder as it is refined. Without friction each
+//               starts from the answer of the one before;
 //   contact     on meshes, points of contact at half the spacing once the mesh is fine enough, and
 //               again as long as that moves the goals by more than a part of the accuracy;
 //   quadrature  of parametric surfaces: three points a triangle, or six where on the second lattice
