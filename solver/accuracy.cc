@@ -29,7 +29,8 @@ constexpr double kMostSkew = 2.0;  // of the proportion at a time
 constexpr double kLeastGrowth = 1.25, kUnknownGrowth = 2.0, kMostGrowth = 4.0;
 constexpr double kSmallGrowth = 1.05;  // where little lacks
 constexpr double kLastGrowth = 1.02;   // where max_dof allows no more
-// Aim and end below the target: estimates are short of the error by up to a third.
+// Aim and end below the target: estimates were as small as 0.7 of the error on lattices, 0.6 on
+// meshes.
 constexpr double kSafety = 0.75;
 constexpr double kTheoryShare = 0.5;  // of the target
 constexpr double kQuadratureShare = 0.5;
@@ -120,6 +121,12 @@ class AccuracyLoop {
   bool RefineMesh(const Answer& answer, double seconds, std::string* why);
   bool HasTime(double seconds, std::string* why) const;
   std::optional<double> Total() const;
+  // Whether the total is within the target. Answers of meshes that lock change little from one to
+  // the next, so that estimates take them for right: those do not count.
+  bool IsReached(const Answer& answer) const;
+  static bool IsResolved(const Answer& answer) {
+    return !answer.summary.resolution || answer.summary.resolution->IsSufficient();
+  }
   double SolverError(Answer* answer);
   void FindMultiples();
   // As many cells as max_dof allows, cells_ at most; {0, 0} where there is no room at all.
@@ -478,6 +485,10 @@ std::optional<double> AccuracyLoop::Total() const {
   return total;
 }
 
+bool AccuracyLoop::IsReached(const Answer& answer) const {
+  return report_.estimate && *report_.estimate <= report_.target && IsResolved(answer);
+}
+
 double AccuracyLoop::SolverError(Answer* answer) {
   ShellProblem* problem = answer->problem.get();
   if (!problem->nonlinear() && dual_size_ > 0.0) {
@@ -557,7 +568,7 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
       report_.solver = SolverError(answer);
     }
     report_.estimate = Total();
-    report_.reached = report_.estimate && *report_.estimate <= report_.target;
+    report_.reached = IsReached(*answer);
     const bool enough = report_.reached && *report_.estimate <= kSafety * report_.target;
     // As many cells, better placed?
     const int most = first ? kFirstSolutions : kSolutions;
@@ -597,7 +608,7 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
     }
 
     double growth = kUnknownGrowth, least = kLeastGrowth;
-    if (sequence_.Order()) {
+    if (sequence_.Order() && IsResolved(*answer)) {
       const double room = kSafety * report_.target -
                           (asked_theory_ == Theory::kAuto ? report_.theory.value_or(0.0) : 0.0);
       const double lacks = *report_.discretisation / std::max(room, 0.1 * report_.target);
@@ -618,7 +629,7 @@ bool AccuracyLoop::Run(Answer* answer, std::string* error) {
         ChooseContact(answer, seconds, &solved);
         report_.levels.back().seconds += Since(level_start);
         report_.estimate = Total();
-        report_.reached = report_.estimate && *report_.estimate <= report_.target;
+        report_.reached = IsReached(*answer);
       }
       Finish(why, answer);
       return true;

@@ -71,7 +71,8 @@ TEST_F(UnilateralStepTest, AFactorWithOtherPointsInContactServesAsWell) {
   bool valid = false;
   Step(nullptr, &at_rest, &valid);
   ASSERT_GT(at_rest.size(), 8u);
-  // Every seventh of them stops to push, by its multiplier; others push harder.
+  // Every seventh of them stops to push, by its multiplier; others push harder. Of more, hundreds
+  // of points would change, which is no step that a factor at hand is meant for.
   Grasp::State state = problem_->grasp()->state();
   for (size_t k = 0; k < at_rest.size(); ++k) {
     double& multiplier = state.multipliers[at_rest[k]];
